@@ -47,17 +47,17 @@ pub struct Settings {
     pub listen: IpAddr,
     /// TCP ports of the servers.
     pub ports: Ports,
-    /// How the serial ports HOST and COM1 are reached; a port without an entry is not reachable.
+    /// Endpoints of the serial ports HOST and COM1; a port without an entry is not reachable.
     pub serial: BTreeMap<Port, SerialEndpoint>,
     /// Options, arm model, key switch and permissions of the controller.
     pub controller: Config,
     /// Options of the TCP links and of the backing directory.
     pub links: LinkOptions,
-    /// How time passes.
+    /// Time mode.
     pub time: TimeMode,
     /// Whether wall-clock time during a stop of the process (SIGSTOP) is skipped or caught up with.
     pub time_gap: TimeGap,
-    /// What is on the drive at the start, and where the state comes from and goes to.
+    /// Files of the drive at the start, and the files for the state.
     pub files: FileArgs,
     /// Files of the drive given by name and content, loaded after those of [`Settings::files`].
     pub contents: Vec<(String, Vec<u8>)>,

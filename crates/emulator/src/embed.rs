@@ -83,7 +83,7 @@ pub struct Builder {
 /// Methods that set one thing.
 macro_rules! setters {
     (|$settings:ident| $($(#[$doc:meta])* $name:ident($($argument:ident: $type:ty),*) => $set:expr;)*) => {
-        /// What an emulator has from the start.
+        /// Initial settings of an emulator.
         impl Builder {
             $(
                 $(#[$doc])*
@@ -111,9 +111,9 @@ setters! {
     listen(address: IpAddr) => settings.listen = address;
     /// Port numbers (default: free ones).
     ports(ports: Ports) => settings.ports = ports;
-    /// How the serial port HOST or COM1 is reached (default: not at all).
+    /// Endpoint of the serial port HOST or COM1 (default: none).
     serial(port: Port, end: SerialEndpoint) => settings.serial.insert(port, end);
-    /// How time passes (default: real time).
+    /// Time mode (default: real time).
     time(time: TimeMode) => settings.time = time;
     /// Backing directory of the RAM drive (default: memory only).
     drive(directory: impl Into<PathBuf>) => settings.files.drive = Some(directory.into());
@@ -158,7 +158,7 @@ impl Builder {
     /// A fault that is armed from the start, as `--fault` takes it.
     ///
     /// # Errors
-    /// What is wrong with the specification.
+    /// The specification is not valid.
     pub fn fault(mut self, spec: &str) -> Result<Builder, FaultError> {
         self.settings.faults.push(spec.parse()?);
         Ok(self)
@@ -274,7 +274,7 @@ pub enum Error {
     Ended,
 }
 
-/// What is known of an emulator when its ports are open.
+/// State of an emulator when its ports are open.
 #[derive(Debug)]
 struct Started {
     ports: BTreeMap<Port, u16>,
@@ -323,7 +323,7 @@ impl Emulator {
         self.started.control
     }
 
-    /// Where the serial port HOST or COM1 is reached. Port 0 has been replaced by the port the system chose.
+    /// Endpoint of the serial port HOST or COM1. Port 0 has been replaced by the port the system chose.
     pub fn serial(&self, port: Port) -> Option<&SerialEndpoint> {
         self.started.serial.get(&port)
     }
@@ -429,8 +429,8 @@ impl Emulator {
         outputs.filter_map(event).collect()
     }
 
-    /// What the controller has put out since the last look, in order: texts sent, [events](Event), files stored. Of many
-    /// that nobody looked at the oldest are forgotten ([`MAX_OUTPUTS`](crate::watch::MAX_OUTPUTS)).
+    /// Outputs of the controller since the last call, in order: texts sent, [events](Event), files stored. The oldest
+    /// are forgotten when more than [`MAX_OUTPUTS`](crate::watch::MAX_OUTPUTS) wait.
     pub fn outputs(&self) -> Vec<Output> {
         self.watch.take()
     }

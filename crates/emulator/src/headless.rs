@@ -62,7 +62,7 @@ pub enum RunError {
     Time(TimeMode),
 }
 
-/// What a program does while it runs.
+/// Event of a program while it runs.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum RunEvent<'a> {
     /// PRINT sent bytes to a channel.
@@ -209,7 +209,7 @@ fn wall_time(passed: Duration, scale: f64) -> Duration {
     Duration::try_from_secs_f64(passed.as_secs_f64() / scale).unwrap_or(Duration::MAX)
 }
 
-/// What is known of a run from its outputs.
+/// Result of a run, collected from its outputs.
 struct Outcome<'a> {
     listen: &'a mut dyn FnMut(Duration, RunEvent<'_>),
     started_at: Time,

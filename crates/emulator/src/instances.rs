@@ -19,7 +19,7 @@ use ts3100_driver::files;
 /// Largest state file that is read, in bytes.
 const MAX_FILE: u64 = 16 * 1024;
 
-/// Where an emulator of this machine can be reached.
+/// Addresses of an emulator of this machine.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Instance {
     /// Its process.

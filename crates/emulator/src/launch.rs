@@ -37,13 +37,13 @@ pub struct Launched {
     pub run_record: RunRecord,
     /// The example programs were stored on the RAM drive.
     pub has_examples: bool,
-    /// What the control interface reads.
+    /// Journal for the control interface.
     journal: Option<Arc<Journal>>,
     /// The scenario of the settings.
     play: Option<Play>,
 }
 
-/// What a robot shares with the others of its process.
+/// Resources that a robot shares with the others of its process.
 #[derive(Clone)]
 pub struct Surroundings {
     /// Listening sockets.
@@ -59,7 +59,7 @@ impl Surroundings {
         robots: 1,
     };
 
-    /// How many of `most` entries are kept of one robot.
+    /// Number of entries kept of one robot, of `most`.
     fn share(&self, most: usize) -> usize {
         (most * UNDIVIDED / self.robots.max(UNDIVIDED)).max(MIN_KEPT)
     }

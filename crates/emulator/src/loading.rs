@@ -69,7 +69,7 @@ pub enum StartError {
     /// A runtime or thread failed.
     #[error("cannot start {what}: {reason}")]
     System {
-        /// What does not start, with its article.
+        /// Its name, with the article.
         what: &'static str,
         /// Error of the operating system.
         reason: io::Error,

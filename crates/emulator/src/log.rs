@@ -262,7 +262,7 @@ impl Subscriber for EventLog {
     }
 }
 
-/// What to change in the host, and where more is written about it.
+/// Advice to the author of the host, with a link to more.
 fn advice(rule: &Rule) -> String {
     format!("{} See {}", rule.remedy, book::finding(rule))
 }

@@ -1,4 +1,4 @@
-//! What `serve` prints once every port accepts connections: one line of JSON on stdout for programs, or a banner on
+//! Message of `serve` once every port accepts connections: one line of JSON on stdout for programs, or a banner on
 //! stderr for people.
 //!
 //! The keys of the JSON line are a public format: keys may be added, none may change. The ports themselves are
@@ -17,7 +17,7 @@ use ts3100_controller::{ControlRight, KeySwitch};
 use ts3100_driver::clock::TimeMode;
 use ts3100_driver::driver::self_check::connectable;
 
-/// What the banner and the log say about `--control-open`.
+/// Warning of the banner and the log about `--control-open`.
 pub const OPEN_WARNING: &str =
     "the control interface accepts every call (--control-open); whoever reaches it controls the robot";
 
@@ -44,12 +44,12 @@ fn word(port: Port) -> String {
     port.name().to_ascii_lowercase()
 }
 
-/// What is said of the robots of a process once every port accepts connections, to programs and to people. A robot that
+/// Message about the robots of a process once every port accepts connections, to programs and to people. A robot that
 /// is alone and has no name is a list of one that is written without the list.
 pub struct Ready<'a> {
     /// The robots.
     pub robots: &'a [RobotInfo],
-    /// What the only robot has, unless it is one of a list.
+    /// The only robot, unless it is one of a list.
     pub only: Option<Only<'a>>,
     /// The address of the control interface, if there is one.
     pub control: Option<SocketAddr>,

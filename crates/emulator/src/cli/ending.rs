@@ -1,5 +1,4 @@
-//! What is left to do when a robot has ended: reports, snapshot, the results of the scenario, and the exit code that
-//! follows from them.
+//! The end of a robot: reports, snapshot, the results of the scenario, and the exit code that follows from them.
 
 use super::exit::SCENARIO_FAILED;
 use super::junit_stub;
@@ -15,14 +14,14 @@ use ts3100_recording::reports::faults;
 use ts3100_recording::reports::{ReportOutcome, RunRecord, write_report};
 use ts3100_recording::scenario::{Play, ScenarioOutcome};
 
-/// What is asked for at the end of a robot.
+/// Files and results to produce at the end of a robot.
 pub struct Ending {
     files: FileArgs,
     junit: Option<PathBuf>,
     reports: ReportArgs,
     play: Option<Play>,
     record: RunRecord,
-    /// What stands for the run in a report that names a file.
+    /// Name of the run in a report that names a file.
     run_file: PathBuf,
 }
 
@@ -42,7 +41,7 @@ impl Ending {
     /// snapshot could be.
     ///
     /// # Errors
-    /// What cannot be written.
+    /// A file that cannot be written.
     pub fn check(settings: &Settings) -> anyhow::Result<()> {
         settings.reports.reports().prepare()?;
         faults::prepare(&settings.reports.report)?;
@@ -55,7 +54,7 @@ impl Ending {
         Ok(())
     }
 
-    /// What these settings ask for. Starts the scenario, if there is one.
+    /// Takes over what these settings ask for. Starts the scenario, if there is one.
     pub fn begin(driver: &mut Driver, launched: &Launched, settings: &Settings) -> Ending {
         Ending {
             files: settings.files.clone(),

@@ -43,7 +43,8 @@ struct Running {
     has_examples: bool,
 }
 
-/// What is left of robots when their task ends: number, final state and exit code of each, or what cannot be written.
+/// Results of robots whose task has ended: number, final state and exit code of each, or the file that cannot be
+/// written.
 type Ended = Vec<(usize, Controller, anyhow::Result<u8>)>;
 
 /// The robots of this process.
@@ -298,7 +299,7 @@ impl Fleet {
         })
     }
 
-    /// What is known of each robot.
+    /// Description of each robot.
     pub fn infos(&self) -> impl Iterator<Item = RobotInfo> {
         (0..self.slots.len()).map(|index| self.info_of(index))
     }

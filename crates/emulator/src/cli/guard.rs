@@ -50,7 +50,7 @@ impl Drop for Guard {
     }
 }
 
-/// What the guard itself does.
+/// Runs the guard: waits for the end of `exec`, and then ends its command.
 pub(super) fn run() -> ExitCode {
     let mut pipe = io::stdin().lock();
     let mut word = String::new();

@@ -1,5 +1,5 @@
-//! What help shows: `-h` the arguments of every day and an example, on one screen; `--help` everything, with the
-//! environment variable of each flag.
+//! Help: `-h` shows the arguments of every day and an example, on one screen; `--help` everything, with the environment
+//! variable of each flag.
 //!
 //! The texts are the doc comments of the arguments. This module adds to the definition what only help needs, and is used
 //! only when somebody asks for help: an ordinary start pays nothing for it.
@@ -9,7 +9,7 @@ use clap::{Arg, Command};
 use std::ffi::OsString;
 use ts3100_recording::book::DOCS;
 
-/// How much help shows.
+/// Extent of the help.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Extent {
     /// `-h`
@@ -19,7 +19,7 @@ pub(super) enum Extent {
 }
 
 impl Extent {
-    /// What this command line asks for.
+    /// Extent that this command line asks for.
     pub(super) fn of(words: &[OsString]) -> Extent {
         let mut own = words.iter().take_while(|word| *word != "--");
         match own.any(|word| word == "--help" || word == "help") {

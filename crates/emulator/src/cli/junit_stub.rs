@@ -12,7 +12,7 @@ use std::time::Duration;
 use ts3100_driver::files;
 use ts3100_recording::reports::junit;
 
-/// What the report says until the run has ended.
+/// Message of the report until the run has ended.
 pub(super) const NOT_FINISHED: &str = "the run was not carried to its end";
 /// The variable that stands for `--junit`.
 const VARIABLE: &str = "TS3100_JUNIT";

@@ -20,7 +20,7 @@ const MAX_MESSAGE: u64 = 1024 * 1024;
 const REVISIONS: [&str; 3] = ["2025-06-18", "2025-03-26", "2024-11-05"];
 /// The byte order mark, which shells of Windows put in front of what they pass on.
 const BYTE_ORDER_MARK: &[u8] = b"\xEF\xBB\xBF";
-/// What an assistant is told first.
+/// First message to an assistant.
 const INSTRUCTIONS: &str = "An emulated robot controller (Toshiba Machine TS3100). Programs are in SCOL. Check a program with \
     check_program, store and select it with load_program, start it with run_program. findings lists what a host program did \
     wrong at the protocol.";

@@ -1,4 +1,4 @@
-//! What subcommands write to stdout and stderr. `println!` would end the process by a panic if the stream is closed or
+//! Output of subcommands to stdout and stderr. `println!` would end the process by a panic if the stream is closed or
 //! its disk is full.
 
 use anyhow::Context as _;

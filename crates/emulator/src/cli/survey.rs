@@ -37,7 +37,7 @@ macro_rules! say {
     }};
 }
 
-/// What is typed before axes could move.
+/// Word to type before axes could move.
 const CONSENT: &str = "ready";
 /// The program and its version, as files name it.
 const MADE_BY: &str = concat!("ts3100 ", env!("CARGO_PKG_VERSION"));
@@ -202,7 +202,7 @@ fn peer(target: &TargetArgs) -> anyhow::Result<Box<dyn Peer>> {
     Ok(Box::new(TcpPeer::new(ip0, ip1)))
 }
 
-/// What a class may do, for those who have to decide.
+/// Explains what a class of probes may do.
 fn explained(class: Class) -> &'static str {
     match class {
         Class::Look => "changes nothing",
@@ -341,7 +341,7 @@ fn line(answer: &Answer) -> String {
     format!("{:<9} {:<22} {said}{sets}", answer.verdict.word(), answer.probe)
 }
 
-/// What was heard, or why nothing was.
+/// The answer as received, or the note why there was none.
 fn said(answer: &Answer) -> &str {
     match answer.heard.is_empty() {
         true => &answer.note,

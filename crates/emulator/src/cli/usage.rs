@@ -1,5 +1,5 @@
-//! What is said of a command line that clap does not take. Three of its messages do not help: a word that is no command
-//! where other arguments are possible too, the command of `exec` without `--`, and a flag that belongs to nobody.
+//! Messages about a command line that clap does not take. Three of clap's own do not help: a word that is not a command
+//! where other arguments are possible too, the command of `exec` without `--`, and a flag of another command.
 
 use clap::Command;
 use clap::error::{ContextKind, ContextValue, Error, ErrorKind};

@@ -1,4 +1,4 @@
-//! What can be wrong with a configuration, and the reading of the text files that it names.
+//! Errors of a configuration, and the reading of the text files that it names.
 
 use super::options::OptionError;
 use std::fmt::Display;
@@ -21,7 +21,7 @@ pub enum ConfigError {
     Invalid {
         /// The file or variable.
         origin: String,
-        /// What was expected and found, and where in the file.
+        /// Expected and found value, with the place in the file.
         reason: String,
     },
     /// `--set` without `=`.
@@ -83,7 +83,7 @@ pub enum ConfigError {
 }
 
 impl ConfigError {
-    /// What this file or variable says is not valid.
+    /// Creates the error for a file or variable whose content is not valid.
     pub(super) fn invalid(origin: impl Display, reason: impl Display) -> ConfigError {
         let (origin, reason) = (origin.to_string(), reason.to_string());
         ConfigError::Invalid { origin, reason }

@@ -23,7 +23,7 @@ impl<T> Layered for Vec<T> {
     }
 }
 
-/// How often a flag was given.
+/// Number of times that a flag was given.
 impl Layered for u8 {
     fn or_below(self, below: u8) -> u8 {
         if self == 0 { below } else { self }
@@ -48,7 +48,7 @@ pub trait FlagGroup {
 /// Reads these words by the definitions of the groups whose flags they have. The other groups stay as they are.
 ///
 /// # Errors
-/// What is wrong with the words; a flag of none of the groups, `--help` too.
+/// An error in the words; a flag of none of the groups, `--help` too.
 pub fn read<const N: usize>(words: &[OsString], groups: [&mut dyn FlagGroup; N]) -> Result<(), clap::Error> {
     let given = groups.into_iter().filter(|group| group.is_in(words));
     let given: Vec<&mut dyn FlagGroup> = given.collect();

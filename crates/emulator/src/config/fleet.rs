@@ -1,7 +1,7 @@
 //! Several robots in one process: `--robots N` and the tables `[[robot]]` and `[[wire]]` of the file. Each robot has the
 //! configuration of the process, with a name, addresses and files of its own.
 //!
-//! What is wrong with any of them is known before the first port opens.
+//! Every error in any of them is found before the first port opens.
 
 use super::args::{PortSource, RobotTable, WireTable};
 use super::model::ModelChoice;
@@ -17,7 +17,7 @@ use ts3100_driver::clock::{TimeGap, TimeMode};
 use ts3100_driver::world::{Wire, WireEnd};
 use ts3100_proto::words::{UnexpectedWord, did_you_mean};
 
-/// What stands for the name of the robot in a path.
+/// Placeholder for the name of the robot in a path.
 const PLACEHOLDER: &str = "{robot}";
 /// Most characters of a name.
 const MAX_NAME: usize = 32;
@@ -54,7 +54,7 @@ pub(super) const OF_PROCESS: [&str; 12] = [
 /// The robots of a process.
 #[derive(Debug, Clone)]
 pub struct FleetConfig {
-    /// What all of a list have in common.
+    /// Arguments that all robots of a list share.
     common: ServeArgs,
     /// Name and arguments of each; empty if they are only numbered.
     tables: Vec<RobotTable>,
@@ -484,7 +484,7 @@ fn check_names(tables: &[RobotTable]) -> Result<(), ConfigError> {
     Ok(())
 }
 
-/// What is wrong with an end of a wire.
+/// Error in an end of a wire.
 #[derive(Debug, thiserror::Error)]
 enum WireEndError {
     #[error(transparent)]

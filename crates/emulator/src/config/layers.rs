@@ -1,8 +1,8 @@
 //! Reads the layers of the configuration: environment variables and TOML keys are turned into flags, which clap
 //! then parses.
 //!
-//! What a key means is defined in [`super::args`]. This module only knows which keys are lists and which are paths
-//! relative to the file.
+//! [`super::args`] defines what a key means. This module only knows which keys are lists and which are paths relative
+//! to the file.
 
 use super::ServeArgs;
 use super::args::{RobotTable, WireTable};
@@ -262,7 +262,7 @@ fn read_key(origin: &str, key: &str, values: &[OsString]) -> Result<ServeArgs, C
     ServeArgs::from_words(&arguments).map_err(|error| wrong(value_message(key, &error)))
 }
 
-/// What is wrong with a value. The words of clap are about a command line, not about a file or a variable.
+/// Describes an error in a value. The words of clap are about a command line, not about a file or a variable.
 fn value_message(key: &str, error: &clap::Error) -> String {
     let found = match error.get(ContextKind::InvalidValue) {
         Some(ContextValue::String(found)) => found,

@@ -177,7 +177,7 @@ struct ReadyTable {
     joints: Vec<f64>,
 }
 
-/// What is wrong with a model file besides its form.
+/// Error in a model file besides its form.
 #[derive(Debug, thiserror::Error)]
 enum ModelFileError {
     #[error("{table}: source: expected where the numbers come from, found `{found}`")]

@@ -57,7 +57,6 @@ pub enum Values {
     },
     /// A whole number.
     Whole {
-        /// What it counts.
         unit: &'static str,
         /// Smallest value.
         min: usize,

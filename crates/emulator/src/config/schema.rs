@@ -48,11 +48,11 @@ pub struct Key {
     pub name: String,
     /// The environment variable.
     pub variable: String,
-    /// What it accepts.
+    /// Values that it accepts.
     pub kind: Kind,
     /// Whether it takes a list, too.
     pub is_list: bool,
-    /// What it does.
+    /// Help text.
     pub help: String,
     /// The default; `None` if there is none.
     pub default: Option<String>,

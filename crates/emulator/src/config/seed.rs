@@ -1,6 +1,6 @@
 //! The value of `--vary`: a seed, a randomly drawn seed, or off.
 //!
-//! What varies with the seed is decided by the controller's `variation` module.
+//! The controller's `variation` module decides what varies with the seed.
 
 use std::fmt;
 use std::hash::{BuildHasher, RandomState};

@@ -1,4 +1,4 @@
-//! What a test does to a running robot and reads from it: the commands of `ts3100 ctl` as methods, without HTTP.
+//! Control of a running robot by a test: the commands of `ts3100 ctl` as methods, without HTTP.
 //!
 //! Each method blocks until its effect is there, also in an async runtime. Durations are virtual time.
 
@@ -327,7 +327,7 @@ impl Emulator {
         self.read(|controller| Duration::from_micros(controller.now().as_micros()))
     }
 
-    /// How time passes.
+    /// Time mode.
     ///
     /// # Errors
     /// [`Error::Ended`].

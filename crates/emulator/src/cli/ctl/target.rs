@@ -11,7 +11,7 @@ use std::time::Duration;
 use ts3100_control::URL_VARIABLE;
 use ts3100_control::client::{Client, ClientError};
 
-/// Where the interface is if no emulator has a state file.
+/// Address of the interface if no emulator has a state file.
 const DEFAULT_URL: &str = "http://127.0.0.1:3100";
 
 /// The environment variable of the token, which `serve` reads too.
@@ -45,7 +45,7 @@ pub enum TargetError {
     },
 }
 
-/// Where the interface of the same emulator is.
+/// Address of the interface of the same emulator.
 fn control_place(control: Option<&str>) -> String {
     let place = control.map(|url| format!("; that is at {url}"));
     place.unwrap_or_else(|| ", which is off (--control off)".to_owned())
@@ -90,10 +90,10 @@ impl TargetArgs {
         given(self.robot.as_ref(), exported::ROBOT)
     }
 
-    /// What calls this URL and waits so long for an answer.
+    /// Creates a client that calls this URL and waits this long for an answer.
     ///
     /// # Errors
-    /// The URL or the token is none.
+    /// The URL or the token is not valid.
     pub fn client(&self, url: &str, limit: Duration) -> Result<Client, ClientError> {
         let token = given(self.token.as_ref(), TOKEN_VARIABLE);
         Ok(Client::new(url, token)?.with_timeout(limit))
@@ -137,7 +137,7 @@ pub fn find(running: Vec<Instance>) -> Result<String, TargetError> {
     }
 }
 
-/// What helps after this error of the call at `url`; empty if the message says it all.
+/// Advice on this error of a call; empty if the message says it all.
 pub fn advice(error: &ClientError) -> &'static str {
     match error {
         ClientError::Unreachable { .. } => {

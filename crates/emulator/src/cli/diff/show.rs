@@ -26,7 +26,7 @@ pub(super) fn show(path: &Path, report: &Report, closer: &[Suggestion], as_json:
     })
 }
 
-/// How many differences there are of each kind, in the order of the summary.
+/// Number of differences of each kind, in the order of the summary.
 fn counts(report: &Report) -> [usize; 5] {
     let differences = || report.differences.iter();
     let count = |is: fn(&DifferenceKind) -> bool| differences().filter(|other| is(&other.kind)).count();

@@ -1,7 +1,7 @@
 //! Finds named options that bring the emulator closer to the recorded controller. Every option with a list of
 //! values is tried with each of them, and those that leave fewer differences are suggested.
 //!
-//! What an option does is up to the controller; the list of options is in [`crate::config`].
+//! The controller defines what an option does; the list of options is in [`crate::config`].
 
 use crate::config::{OPTIONS, Settings, set_option};
 use crate::loading::candidate;
@@ -20,7 +20,7 @@ pub(super) struct Suggestion {
     pub left: usize,
 }
 
-/// How many parts of answers differ; what is no answer is one part.
+/// Number of parts of answers that differ; anything but an answer is one part.
 fn differing_parts(report: &Report) -> usize {
     let parts = report.differences.iter().map(|difference| {
         if let DifferenceKind::Bytes { parts, .. } = &difference.kind {

@@ -39,7 +39,7 @@ pub(super) fn dial(address: &str, timeout: Duration) -> anyhow::Result<TcpStream
     })
 }
 
-/// What to type instead of an address without a port.
+/// Suggestion for an address without a port.
 fn missing_port(address: &str) -> Option<String> {
     let host = match (address.parse(), address.rsplit_once(':')) {
         (Ok(IpAddr::V6(address)), _) => format!("[{address}]"),

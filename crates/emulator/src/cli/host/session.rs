@@ -68,7 +68,7 @@ pub(super) fn unreadable(letters: &str, reason: &impl Display, found: &[u8]) -> 
     ))
 }
 
-/// How long something is waited for.
+/// Deadline of a wait, with its length for messages.
 #[derive(Clone, Copy)]
 struct Limit {
     end: Instant,
@@ -422,7 +422,7 @@ impl Session {
     }
 }
 
-/// What answers there is a web server.
+/// The error for a web server at this address.
 fn not_a_robot(address: &str) -> NoAnswer {
     NoAnswer::new(format_args!(
         "{address} answers in HTTP, as the control interface does: give the address of IP0{}",
@@ -434,9 +434,9 @@ fn not_a_robot(address: &str) -> NoAnswer {
 const HTTP: &[u8] = b"HTTP/1.";
 /// Beginning of a file.
 const FL: &[u8] = b"FL,";
-/// What most commands are answered by.
+/// Answer to most commands, for messages.
 const FILE: &str = "FL or NG";
-/// What SF is answered by.
+/// Answer to SF, for messages.
 const SF_TEXT: &str = "a text of SF";
 
 /// The warning of an SP that is not the answer.

@@ -27,7 +27,6 @@ pub(super) enum ToolError {
     Argument {
         /// Its name.
         name: String,
-        /// What is wrong.
         problem: String,
     },
     /// The program has errors.
@@ -351,7 +350,7 @@ fn panel(robot: &Robot<'_>, arguments: &Value) -> Result<Value, ToolError> {
     robot.call("PUT", &format!("/{control}"), Some(json!({ *key: set })))
 }
 
-/// What the value of a switch of the panel is.
+/// Value of a switch of the panel.
 enum Setting {
     /// The words for true and false.
     Switch(&'static str, &'static str),

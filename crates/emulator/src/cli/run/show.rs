@@ -26,7 +26,7 @@ pub(super) struct RunPrinter {
     names_channels: bool,
     /// Tasks are named: the program starts some.
     names_tasks: bool,
-    /// What was printed since the last CR.
+    /// Output of each channel since its last CR.
     unfinished: BTreeMap<&'static str, (Duration, Vec<u8>)>,
     printed: BoundedList,
     statements: BoundedList,

@@ -17,7 +17,6 @@ const WHOLE: &str = "^[0-9]+$";
 pub struct CommonKey {
     /// Its name.
     pub name: &'static str,
-    /// What it means.
     pub meaning: &'static str,
     /// The default.
     pub default: &'static str,

@@ -18,7 +18,7 @@ pub fn schema() -> Value {
     document
 }
 
-/// What conditions, actions and times look like.
+/// Forms of conditions, actions and times.
 fn definitions() -> Value {
     let conditions = CONDITION_FORMS.iter().map(|row| row.form);
     let examples: Vec<&str> = CONDITION_FORMS.iter().map(|row| row.example).collect();
