@@ -1,7 +1,7 @@
 //! Extractors for the path, the query and the JSON body of a call. Each reports errors as a [`Problem`] that names
 //! the place. Bodies are limited in size and in time.
 //!
-//! What a value means is checked by the resource that receives it.
+//! The resource that receives a value checks what it means.
 
 use super::problem::Problem;
 use axum::RequestPartsExt as _;
@@ -42,7 +42,7 @@ pub struct Path<T>(pub T);
 /// Extracts the query of the URL.
 pub struct Query<T>(pub T);
 
-/// What is wrong with a body. serde lists every field for an unknown one; the nearest ones help more.
+/// Describes an error in a body. serde lists every field for an unknown one; the nearest ones help more.
 fn body_message(reason: &str) -> String {
     let hinted = || {
         let mut words = reason.strip_prefix("unknown ")?.split('`');

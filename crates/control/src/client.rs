@@ -74,7 +74,6 @@ pub enum ClientError {
     InvalidResponse {
         /// `HOST:PORT` of the interface.
         authority: String,
-        /// What is wrong with the response.
         reason: String,
     },
 }
@@ -375,7 +374,7 @@ mod tests {
         assert!(Client::new("http://a:1", Some("a\r\nb".to_owned())).is_err());
     }
 
-    /// What the client returns when the server sends these bytes and closes.
+    /// Result of the client when the server sends these bytes and closes.
     fn response_to(bytes: &'static str) -> Result<(u16, String), String> {
         let listener = std::net::TcpListener::bind("127.0.0.1:0").unwrap();
         let url = format!("http://{}", listener.local_addr().unwrap());

@@ -117,7 +117,7 @@ fn forbidden(place: &str, expected: impl Display, found: impl Display) -> Proble
 /// The value of a header that a request has once.
 ///
 /// # Errors
-/// How often it has it instead.
+/// How many there are instead.
 fn the_one(headers: &HeaderMap, name: HeaderName) -> Result<&HeaderValue, &'static str> {
     let mut all = headers.get_all(name).iter();
     match (all.next(), all.next()) {

@@ -1,4 +1,4 @@
-//! What every call of the control interface uses: the queue to the driver, the journal, the record of the run.
+//! Common parts of every call of the control interface: the queue to the driver, the journal, the record of the run.
 //!
 //! Each method sends one request and waits for its answer. The requests are carried out in [`ts3100_driver::driver`].
 
@@ -19,16 +19,15 @@ use ts3100_recording::scenario::Play;
 /// Streams of events at a time; each holds a connection.
 pub const MAX_STREAMS: usize = 32;
 
-/// What most calls answer: a document, or why they had no effect.
+/// Answer of most calls: a document, or the reason why they had no effect.
 pub type Answer<T> = Result<Json<T>, Problem>;
 
 /// The way to the driver; as a parameter of a handler that to the robot of the call, which [`super::robots`] has found.
 #[derive(Clone)]
 pub struct Handle {
     driver: Requests,
-    /// What has happened.
     pub journal: Arc<Journal>,
-    /// What the reports of this run are made of.
+    /// Record from which the reports of this run are made.
     pub record: RunRecord,
     /// The scenario that is played, if there is one.
     pub scenario: Option<Play>,

@@ -183,7 +183,7 @@ impl Journal {
             .collect()
     }
 
-    /// How often hosts broke each rule, of the findings kept.
+    /// Number of times that hosts broke each rule, of the findings kept.
     pub fn findings_by_rule(&self) -> BTreeMap<String, u64> {
         let mut counts = BTreeMap::new();
         let findings = self.kept_findings().into_iter();

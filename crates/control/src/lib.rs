@@ -92,15 +92,15 @@ const ROBOTS_PAGE: Asset = asset!("robots.html");
 const EXPLORER: Asset = asset!("docs.html");
 /// The OpenAPI document of an interface without a token.
 const OPEN_API: Asset = asset!("openapi.json");
-/// How the document says that a call needs no token.
+/// Text in the document for a call that needs no token.
 const OPTIONAL_TOKEN: &str = "\"security\": [\n    {},\n";
-/// How the document says that every call needs the token.
+/// Text in the document for a call that needs the token.
 const REQUIRED_TOKEN: &str = "\"security\": [\n";
-/// Where the servers of the document begin.
+/// Beginning of the servers in the document.
 const SERVERS: &str = "  \"servers\": [\n";
-/// What follows them.
+/// Beginning of the part after the servers.
 const AFTER_SERVERS: &str = "  \"paths\": {\n";
-/// What a page may do: connect to where it comes from.
+/// Content security policy of a page: it connects to its own origin only.
 const PAGE_POLICY: &str = "default-src 'none'; connect-src 'self'; img-src 'self' data: blob:; style-src 'self' 'unsafe-inline'; \
     script-src 'self' 'unsafe-inline'; frame-ancestors 'none'; base-uri 'none'; form-action 'none'";
 
@@ -164,7 +164,6 @@ impl Server {
         })
     }
 
-    /// Where it is bound.
     pub fn address(&self) -> SocketAddr {
         self.address
     }

@@ -155,7 +155,7 @@ impl AsyncWrite for HttpConnection {
     }
 }
 
-/// What a request knows about its connection.
+/// Facts about the connection of a request.
 #[derive(Debug, Clone)]
 pub struct ConnectionInfo {
     /// The local address that the peer dialled.

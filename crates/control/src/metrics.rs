@@ -92,7 +92,7 @@ const DIRECTIONS: [&str; 2] = ["in", "out"];
 const IN: usize = 0;
 const OUT: usize = 1;
 
-/// What every text counts, without comparing names.
+/// Counters of a port. Every text changes some, so names are not compared.
 #[derive(Debug, Clone, Default)]
 struct PortCounters {
     /// By direction.
@@ -246,7 +246,7 @@ impl Metrics {
     }
 }
 
-/// What is known of a robot at one moment.
+/// State of a robot at one moment.
 #[derive(Debug, Clone)]
 pub struct Sample {
     /// Its name, if there are several.

@@ -49,7 +49,7 @@ impl Problem {
         Problem { place, ..self }
     }
 
-    /// What was parsed is not what belongs at this place; the sentence is made of the parts.
+    /// Creates the problem of a value that does not belong at this place; the sentence is made of the parts.
     pub fn expected_found(
         status: StatusCode,
         place: impl Display,

@@ -1,4 +1,4 @@
-//! What the file of every resource uses: its extractors, its answers, and how its documents are described.
+//! Common parts of the file of every resource: extractors, answers, and the description of its documents.
 //!
 //! Begin with `panel`, the simplest resource.
 

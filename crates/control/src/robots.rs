@@ -1,7 +1,7 @@
 //! `/robots`: the robots of this process, and the way of a call to its robot. `/robots/NAME/...` is the whole interface
 //! of one; without that prefix a call is for the only robot, or for all where that has a meaning.
 //!
-//! What runs a robot is not known here; see [`Robots`].
+//! This module does not know what runs a robot; see [`Robots`].
 
 use super::resource::{Answer, Handle, Json, Path, Problem, Serialize, ToSchema};
 use axum::Extension;
@@ -21,7 +21,7 @@ use ts3100_driver::driver::request::{Paused, Requests, View};
 use ts3100_driver::snapshot::{SnapshotRequestError, SnapshotTask};
 use ts3100_proto::words::did_you_mean;
 
-/// What all paths of one robot begin with.
+/// Beginning of all paths of one robot.
 const PREFIX: &str = "/robots/";
 /// Longest wall-clock time that a call for all robots waits for one of them, while the worlds before it pause.
 const MAX_GATHERING: Duration = Duration::from_secs(5);
@@ -39,7 +39,7 @@ pub trait Robots: Send + Sync {
     fn names(&self) -> Vec<String>;
     /// The name of the robot, if there is only one.
     fn only(&self) -> Option<&str>;
-    /// What is known of a robot without asking it.
+    /// Description of a robot, without asking it.
     fn info(&self, name: &str) -> Option<RobotInfo>;
     /// The way to a robot, which starts if it has not yet, or why it cannot; `None` if there is none of this name.
     fn start(&self, name: &str) -> Option<Result<Handle, CannotStart>>;
@@ -177,7 +177,7 @@ impl Together {
         })
     }
 
-    /// What can be read of each robot, by its name.
+    /// States of the robots, each with its name.
     pub fn views(&self) -> impl Iterator<Item = (&str, View<'_>)> {
         let robots = self.robots.iter();
         robots.filter_map(|(name, world, robot)| Some((name.as_str(), self.worlds.get(*world)?.view(*robot))))

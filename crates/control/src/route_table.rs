@@ -1,4 +1,4 @@
-//! What the table of all calls is made of, which is in the head of the crate. The router and the OpenAPI document are both
+//! Parts of the table of all calls, which is in the head of the crate. The router and the OpenAPI document are both
 //! made from the `#[utoipa::path]` at each handler, so they cannot disagree.
 //!
 //! The binary carries the document as a file; only the test that compares them makes it (`tests/document.rs`).

@@ -37,10 +37,10 @@ impl FromStr for ControlChoice {
     }
 }
 
-/// What the control interface is made of.
+/// Settings of the control interface.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct ControlSettings {
-    /// Where it listens; port 0 is a free one.
+    /// Address to listen on; port 0 is a free one.
     pub address: SocketAddr,
     /// The bearer token; needed beyond the loopback, unless the interface is open.
     pub token: Option<String>,

@@ -9,7 +9,7 @@ use ts3100_controller::{IoKind, Port, line_name};
 use ts3100_proto::dissect::{DissectedField, dissect};
 use ts3100_proto::text::{EOF, ETX, STX};
 
-/// What fields mean whose value alone does not say it, by their keys without `sf.`.
+/// Meanings of fields whose value alone does not say it, by their keys without `sf.`.
 const MEANINGS: [(&str, &str); 11] = [
     ("motion-status", "execution status; a statement of DO runs too"),
     (

@@ -1,6 +1,6 @@
 //! `/wires`: the wires between the robots of this process, and the lines that lead to them from outside.
 //!
-//! What a wire does is [`ts3100_driver::world`].
+//! [`ts3100_driver::world`] defines the behaviour of a wire.
 
 use super::resource::{Answer, Deserialize, Json, Path, Problem, Serialize, ToSchema, View};
 use super::robots::{Fleet, Robots, WireInfo};

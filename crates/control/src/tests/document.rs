@@ -105,7 +105,7 @@ const GROUPS: [(&str, &str); 21] = [
 struct RecordedCall {
     /// Method and path, as in the document.
     call: String,
-    /// What to call this example; needed if a call has several.
+    /// Name of this example; needed if a call has several.
     #[serde(default)]
     name: Option<String>,
     /// Values of the parameters in the path and in the query.
