@@ -11,7 +11,7 @@ use crate::value::Number;
 #[serde(from = "Held", into = "Held")]
 pub(crate) struct Cell(u64);
 
-/// The same, taken apart.
+/// A cell taken apart.
 #[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize)]
 pub(crate) enum Held {
     Nothing,
@@ -27,7 +27,7 @@ const EMPTY: u64 = 1;
 const VECTOR: u64 = 2;
 
 impl Cell {
-    /// Without a value.
+    /// A cell without a value.
     pub const EMPTY: Cell = Cell(EMPTY << 32);
 
     #[inline(always)]

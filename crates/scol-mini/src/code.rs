@@ -162,7 +162,7 @@ pub(crate) struct Array {
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct LeftOperand {
     pub register: Register,
-    /// It has to be a number.
+    /// The value has to be a number.
     pub is_number: bool,
     pub before: core::ops::Range<Target>,
 }

@@ -23,7 +23,7 @@ impl Condition {
     }
 }
 
-/// How exactly a motion ends before the program goes on (`ACCUR`).
+/// Accuracy with which a motion ends before the program continues (`ACCUR`).
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Accuracy {
     /// The next statement begins a little before the arm rests.

@@ -84,7 +84,7 @@ impl Diagnostic {
         self
     }
 
-    /// Its columns from 1, in characters as editors count them; it does not go beyond the end of its line.
+    /// Columns of the place, from 1, in characters as editors count them; they do not go beyond the end of its line.
     ///
     /// `source` is the text that was compiled.
     pub fn columns(&self, source: &str) -> Range<usize> {
@@ -93,7 +93,7 @@ impl Diagnostic {
         column..column + characters(self.marked(after))
     }
 
-    /// Its line in the source: what is before its place, and what is from there on.
+    /// Line of the place, cut in two: the part before the place, and the part from there on.
     fn source_line<'a>(&self, source: &'a str) -> (&'a [u8], &'a [u8]) {
         let bytes = source.as_bytes();
         let is_end = |byte: &u8| matches!(byte, b'\r' | b'\n');
@@ -104,7 +104,7 @@ impl Diagnostic {
         (before.unwrap_or_default(), after.unwrap_or_default())
     }
 
-    /// Of the rest of its line the part that it is about.
+    /// Part of the rest of its line that the diagnostic is about.
     fn marked<'a>(&self, after: &'a [u8]) -> &'a [u8] {
         let length = self.span.end.saturating_sub(self.span.start);
         after.get(..length).unwrap_or(after)

@@ -193,7 +193,7 @@ fn stuck(pair: &[Lexeme]) -> bool {
     }
 }
 
-/// Whether a line laid out has the words it had.
+/// Whether a formatted line has the words of the line before.
 fn same(laid: &str, tokens: &[Lexeme]) -> bool {
     let again = lexer::tokens(laid, Span::new(0, laid.len()), MAX_LINE);
     again.is_ok_and(|again| again.iter().map(|l| &l.token).eq(tokens.iter().map(|l| &l.token)))

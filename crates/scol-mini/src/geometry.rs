@@ -76,13 +76,13 @@ pub struct Transform {
 }
 
 impl Transform {
-    /// No displacement, no rotation.
+    /// Identity: no displacement, no rotation.
     pub const IDENTITY: Transform = Transform {
         rotation: [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]],
         origin: [0.0; 3],
     };
 
-    /// From X, Y, Z in mm and A, B, C in degrees.
+    /// Creates the transform of X, Y, Z in mm and A, B, C in degrees.
     pub fn from_coords([x, y, z, a, b, c]: [f64; 6]) -> Transform {
         Transform {
             rotation: product(&about_z(c), &product(&about_y(b), &about_x(a))),

@@ -79,7 +79,6 @@ pub(crate) struct Lexeme {
 }
 
 impl Sign {
-    /// How it is written.
     pub fn spelling(self) -> &'static str {
         spelling(SIGNS, self)
     }

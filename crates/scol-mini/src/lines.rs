@@ -9,7 +9,7 @@ use crate::prelude::*;
 pub struct Span {
     /// Index of the first byte in the source.
     pub start: usize,
-    /// One past the last.
+    /// Offset after the last byte.
     pub end: usize,
 }
 
@@ -28,7 +28,7 @@ impl Span {
         source.get(self.start..self.end).unwrap_or_default()
     }
 
-    /// From the beginning of one to the end of the other.
+    /// Span from the beginning of this one to the end of the other.
     #[must_use]
     pub fn to(self, other: Span) -> Span {
         Span::new(self.start, other.end)

@@ -278,7 +278,8 @@ impl Machine {
         self.go_to(0);
     }
 
-    /// To the label `RCYCLE` of the main program, calls and loops dropped; `false` (and nothing done) without one.
+    /// Moves to the label `RCYCLE` of the main program and drops calls and loops. Returns `false`, with nothing
+    /// changed, if there is no such label.
     pub fn go_to_rcycle(&mut self) -> bool {
         let step = self.program.rcycle;
         if let Some(step) = step {

@@ -47,7 +47,7 @@ pub enum AccessError {
     /// An array without subscripts.
     #[error("{0} is an array: a subscript is missing")]
     IsArray(String),
-    /// It has not been given a value yet.
+    /// The variable has no value yet.
     #[error("{0} has no value yet")]
     Undefined(String),
     /// `rewrite_value`: the source is not the one of the program.
@@ -81,7 +81,7 @@ pub struct Memory {
     free: Vec<u32>,
     /// The task whose variables of programs are in the cells.
     task: u16,
-    /// Those of the other tasks.
+    /// Local variables of the other tasks.
     parked: BTreeMap<u16, Locals>,
     conditions: Conditions,
 }
@@ -176,7 +176,7 @@ impl Memory {
         }
     }
 
-    /// From now on the memory is that of `program`, which has the same variables.
+    /// Rebinds the memory to `program`, which has the same variables.
     pub fn relocate(&mut self, program: &Program) {
         self.source = program.fingerprint();
     }

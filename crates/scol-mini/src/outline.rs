@@ -118,7 +118,7 @@ impl Part {
         }
     }
 
-    /// Its name; nothing where the heading has none.
+    /// Name of the program; empty where the heading has none.
     pub fn name(&self) -> &str {
         self.name.as_ref().map_or("", |name| &name.text)
     }

@@ -78,11 +78,11 @@ pub(crate) struct Declaration {
 pub(crate) struct Datum {
     pub name: Name,
     pub kind: ValueKind,
-    /// As many as written, in order.
+    /// Subscripts as written, in order.
     pub numbers: Vec<f64>,
     pub config: Configuration,
     pub work: Option<Name>,
-    /// From after the equals sign to the end of the datum.
+    /// Span from after the equals sign to the end of the datum.
     pub value: Span,
 }
 
@@ -98,7 +98,7 @@ pub(crate) struct Cursor<'a> {
 }
 
 impl<'a> Cursor<'a> {
-    /// At the first of the `tokens` of one line of `source`.
+    /// A cursor at the first of the `tokens` of one line of `source`.
     pub fn new(source: &'a str, arm: Arm, tokens: &'a [Lexeme]) -> Self {
         Self {
             source,
@@ -196,7 +196,7 @@ impl<'a> Cursor<'a> {
         Ok(Name::new(word, span))
     }
 
-    /// That nothing follows.
+    /// Checks that nothing follows.
     ///
     /// # Errors
     /// E0101 at what follows.

@@ -121,7 +121,7 @@ impl Symbols {
         shared.filter_map(|(name, at)| Some((name.as_str(), self.slots.get(*at)?)))
     }
 
-    /// The same, to change.
+    /// Mutable access to the same.
     pub fn find_mut(&mut self, name: &str) -> Option<&mut Slot> {
         self.slots.get_mut(*self.shared.get(name)?)
     }
@@ -161,7 +161,7 @@ pub(crate) struct Slot {
     pub base: usize,
 }
 
-/// Who sees a variable.
+/// Visibility of a variable.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Owner {
     Global,

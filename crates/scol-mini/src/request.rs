@@ -75,10 +75,7 @@ pub enum Request {
         cut: usize,
     },
     /// Discard what the channel has received (BUF-01); never for the teach pendant.
-    BufferReset {
-        /// Which channel.
-        channel: Channel,
-    },
+    BufferReset { channel: Channel },
     /// Read numbers.
     Input {
         channel: Channel,

@@ -18,7 +18,7 @@ pub enum RestoreError {
     /// Written by another version.
     #[error("expected a state of version {STATE_VERSION}, found version {0}")]
     Version(u32),
-    /// Of another source, or of other options.
+    /// The state is of another source, or of other options.
     #[error("expected a state of the program {expected:016x}, found one of {found:016x}")]
     Program {
         /// Fingerprint of the program given.
@@ -26,7 +26,7 @@ pub enum RestoreError {
         /// Fingerprint in the state.
         found: u64,
     },
-    /// It cannot have come about by running the program.
+    /// No run of the program leads to this state.
     #[error("the state does not fit the program: {0}")]
     Invalid(String),
 }

@@ -46,7 +46,7 @@ impl ValueKind {
         }
     }
 
-    /// How many numbers DATA has for it on this arm, without the configuration of a position.
+    /// Number of values that DATA has for it on this arm, without the configuration of a position.
     pub fn width(self, arm: Arm) -> usize {
         match (self, arm) {
             (ValueKind::Position, _) => arm.coordinates().len(),
@@ -239,7 +239,7 @@ pub struct Trans {
 }
 
 impl Trans {
-    /// Where in `coords` the numbers of a program, DATA, MR and MW go, in their order.
+    /// Indices in `coords` of the numbers of a program, DATA, MR and MW, in their order.
     pub(crate) fn order(arm: Arm) -> &'static [usize] {
         match arm {
             Arm::SixAxis => &[0, 1, 2, 3, 4, 5],

@@ -28,9 +28,9 @@ pub(super) enum Argument {
     Place(ValuePlace),
     /// The value of an expression.
     Number(Number),
-    /// The same, when it is no number.
+    /// The value of an expression that is not a number.
     Vector(Value),
-    /// No value yet; the first one fixes the kind.
+    /// No value yet; the first assignment fixes the kind.
     Unset,
 }
 

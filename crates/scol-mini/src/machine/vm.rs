@@ -18,7 +18,7 @@ use crate::request::Fault;
 use crate::tree::{Binary, Formula, Relation};
 use crate::value::Number;
 
-/// Where an instruction leads.
+/// Position of the machine after an instruction.
 enum Next {
     Following,
     To(Target),
