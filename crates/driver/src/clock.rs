@@ -10,15 +10,15 @@ use ts3100_controller::time::Time;
 use ts3100_proto::calendar::CalendarTime;
 use ts3100_proto::words::UnexpectedWord;
 
-/// How long connections must be quiet before [`TimeMode::Auto`] jumps, unless the option `auto.silence` says otherwise:
-/// long enough to read an answer that is already on the loopback. It then jumps from deadline to deadline until a byte is
-/// sent or received.
+/// Time for which connections must be quiet before [`TimeMode::Auto`] jumps, unless the option `auto.silence` says
+/// otherwise: long enough to read an answer that is already on the loopback. It then jumps from deadline to deadline
+/// until a byte is sent or received.
 pub const AUTO_GRACE: Duration = Duration::from_millis(1);
 /// Longest wall-clock time spent on overdue work before hosts, requests and signals get a turn.
 pub const CATCH_UP_SLICE: Duration = Duration::from_millis(3);
 /// Lag of virtual time from which a warning is logged; a busy machine causes short delays.
 const NOTICEABLE_LAG: Duration = Duration::from_secs(1);
-/// How often the driver checks for gaps with [`TimeGap::Skip`].
+/// Interval of the checks for gaps with [`TimeGap::Skip`].
 pub const GAP_CHECK_INTERVAL: Duration = Duration::from_millis(100);
 /// Shortest time between two checks that counts as a gap; a busy machine causes shorter ones.
 const MIN_GAP: Duration = Duration::from_millis(500);

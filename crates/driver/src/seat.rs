@@ -33,7 +33,7 @@ impl Side {
     }
 }
 
-/// Something the owner of a controller has done around it.
+/// Something that the owner of a controller has done to its connections, its files or its state.
 #[derive(Debug, Clone, Copy)]
 pub enum Notice<'a> {
     /// The connection of this port was closed from outside.
@@ -64,7 +64,7 @@ pub trait Subscriber: Send {
     fn output(&mut self, _at: Time, _output: &Output) {}
     /// An input and all its outputs have been handled.
     fn settled(&mut self, _at: Time, _controller: &Controller) {}
-    /// Something around the controller.
+    /// The owner has done something around the controller.
     fn notice(&mut self, _at: Time, _notice: Notice<'_>) {}
     /// Nothing more follows at once: what was collected can be written.
     fn flush(&mut self) {}
@@ -74,7 +74,7 @@ pub trait Subscriber: Send {
     }
 }
 
-/// Something planned.
+/// A planned action.
 #[derive(Debug, Clone, PartialEq)]
 pub enum PlannedAction {
     /// An input of the controller.
@@ -128,7 +128,7 @@ pub trait Effects {
     }
 }
 
-/// Nothing is around the controller: every change of a file is kept, outputs are dropped.
+/// A controller without surroundings: every change of a file is kept, outputs are dropped.
 impl Effects for () {
     fn perform(&mut self, _at: Time, _output: Output, _controller: &Controller) -> Vec<Input> {
         Vec::new()
@@ -143,7 +143,7 @@ struct Audience {
 }
 
 impl Clone for Audience {
-    /// Nobody listens to a copy.
+    /// Returns an empty audience: nobody listens to a copy.
     fn clone(&self) -> Audience {
         Audience::default()
     }
@@ -382,7 +382,7 @@ impl Seat {
         self.perform(at, close, effects);
     }
 
-    /// Has an output carried out. What results from it is the controller's own doing.
+    /// Carries an output out. The inputs that result from it come from the robot's side.
     fn perform(&mut self, at: Time, output: Output, effects: &mut impl Effects) {
         let inputs = effects.perform(at, output, &self.controller).into_iter();
         let inputs = inputs.map(|input| (input, Side::Robot, Source::Follows));

@@ -147,7 +147,7 @@ pub struct SerialLines {
 }
 
 impl SerialLines {
-    /// No line is open yet.
+    /// Creates both lines; none is open yet.
     pub fn new(ends: BTreeMap<Port, SerialEndpoint>, options: LinkOptions) -> SerialLines {
         SerialLines {
             endpoints: ends,

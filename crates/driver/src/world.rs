@@ -70,7 +70,7 @@ pub struct Robot<E> {
 }
 
 impl<E> Robot<E> {
-    /// Its own time at a moment of the world.
+    /// Returns the robot's own time at a moment of the world.
     pub fn time_at(&self, moment: Time) -> Time {
         shifted(moment, self.ahead)
     }
@@ -189,7 +189,7 @@ impl<E: Effects> World<E> {
         self.robots
     }
 
-    /// As [`World::robots`].
+    /// Mutable access to [`World::robots`].
     pub fn robots_mut(&mut self) -> &mut [Robot<E>] {
         &mut self.robots
     }

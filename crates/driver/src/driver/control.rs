@@ -125,7 +125,7 @@ impl Driver {
         }
     }
 
-    /// Everything that is due until this moment happens, and time stands there until [`Driver::go_on`].
+    /// Handles everything that is due until this moment. Time stands there until [`Driver::go_on`].
     pub(super) async fn stand_at(&mut self, moment: Instant) {
         self.clock.hold(Some(moment));
         self.tick();

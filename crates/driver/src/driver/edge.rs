@@ -42,7 +42,7 @@ pub(super) struct Edge {
     pub waits: Vec<PendingWait>,
     /// Wall-clock time at which the present input came.
     pub begun: Instant,
-    /// No input is handled before it has ended.
+    /// The write under way; no input is handled before it has ended.
     pub write: Option<Write>,
     /// Something was sent to a host.
     pub has_sent: bool,

@@ -63,7 +63,7 @@ impl Requests {
         Requests { robot, queue }
     }
 
-    /// Those for another robot of the same driver.
+    /// Returns the requests for another robot of the same driver.
     #[must_use]
     pub fn of(&self, robot: usize) -> Requests {
         Requests::new(robot, self.queue.clone())
@@ -119,7 +119,7 @@ impl Paused {
         self.0.clock.wall()
     }
 
-    /// Everything that is due until this moment happens, and time stands there during the pause.
+    /// Handles everything that is due until this moment. Time stands there during the pause.
     pub async fn stand_at(&mut self, moment: Instant) {
         self.0.stand_at(moment).await;
     }

@@ -2,7 +2,7 @@
 //! when there is none.
 //!
 //! The work itself is done elsewhere: requests in `control` and `snapshots`, inputs in [`crate::world::World::feed`].
-//! When to wake is decided by [`crate::clock::Clock`].
+//! [`crate::clock::Clock`] decides when to wake.
 
 use super::Driver;
 use super::edge::WriteResult;

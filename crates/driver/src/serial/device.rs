@@ -27,11 +27,11 @@ pub(super) struct Device {
 enum State {
     /// The controller does not know of it yet.
     Opened(Terminal),
-    /// It carries bytes.
+    /// The port carries bytes.
     Open(Terminal, MarkDecoder),
-    /// It is to be opened again with other settings, as soon as the controller knows that it is closed.
+    /// The port is to be opened again with other settings, as soon as the controller knows that it is closed.
     Reset,
-    /// It is not there: nobody hears what the robot sends. It is looked for at this time.
+    /// The port is gone, so nobody receives what the robot sends. It is looked for at this time.
     Lost(Pin<Box<Sleep>>),
 }
 

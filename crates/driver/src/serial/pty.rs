@@ -182,7 +182,7 @@ fn create() -> io::Result<(OwnedFd, PathBuf)> {
     Ok((master, PathBuf::from(OsStr::from_bytes(name.to_bytes()))))
 }
 
-/// Whether a terminal is still set so, as far as it shows.
+/// Whether a terminal still has these settings, as far as it shows.
 fn has_settings(termios: &Termios, line: SerialSettings) -> bool {
     let modes = termios.control_modes;
     termios.output_speed() == line.speed

@@ -57,7 +57,7 @@ pub enum Event {
     Suspended(bool),
 }
 
-/// One client.
+/// Access server for one client.
 #[derive(Debug, Clone)]
 pub struct Server {
     decoder: Decoder,
@@ -83,7 +83,7 @@ struct Control {
 }
 
 impl Server {
-    /// For a client that has just connected; a line nobody has set is set as the robot's.
+    /// Creates the server of a client that has just connected; a setting that the client has not made is the robot's.
     pub fn new(robot: SerialSettings) -> Server {
         Server {
             decoder: Decoder::default(),

@@ -46,7 +46,7 @@ pub(crate) struct Channel {
     second: SecondConnection,
     source: Source,
     connection: Option<Connection>,
-    /// In the order of their arrival.
+    /// Connections that wait, in the order of their arrival.
     waiting: VecDeque<Waiting>,
     /// A new connection is taken before the present one is read again.
     accepts_first: bool,

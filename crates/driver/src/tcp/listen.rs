@@ -87,11 +87,11 @@ fn other_offset(address: SocketAddr) -> &'static str {
 /// Purpose of binding a port.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum BindPurpose {
-    /// To listen.
+    /// Listens.
     Listen,
-    /// To listen at a port that is reserved while nobody listens there.
+    /// Listens at a port that is reserved while nobody listens there.
     ListenReserved,
-    /// To reserve the port without listening.
+    /// Reserves the port without listening.
     Reserve,
 }
 
@@ -130,7 +130,7 @@ pub fn open(address: SocketAddr) -> io::Result<(TcpListener, SocketAddr)> {
 /// there the port is free meanwhile.
 #[derive(Debug)]
 pub(super) struct ReservedPort {
-    /// With port 0 until the system has chosen one.
+    /// The reserved address; port 0 until the system has chosen one.
     address: SocketAddr,
     socket: Option<TcpSocket>,
 }

@@ -4,7 +4,7 @@ use crate::clock::AUTO_GRACE;
 use crate::store::backing::WhenFull;
 use std::time::Duration;
 
-/// Which TCP ports the channels get.
+/// Choice of the TCP ports of the channels.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Ports {
     /// The channel's own port of ETHERNET.PAR plus this many.

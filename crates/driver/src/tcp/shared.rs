@@ -29,7 +29,7 @@ type Newcomer = Box<dyn Fn(IpAddr) + Send + Sync>;
 pub struct SharedPorts(Arc<Shared>);
 
 struct Shared {
-    /// By port number; `Port` is the channel that has this number as delivered, for messages.
+    /// Listening sockets by port number; `Port` is the channel that has this number as delivered, for messages.
     listeners: BTreeMap<u16, (Port, TcpListener)>,
     claims: Mutex<HashMap<SocketAddr, mpsc::Sender<NewConnection>>>,
     newcomer: OnceLock<Newcomer>,
@@ -132,7 +132,7 @@ impl SharedPorts {
     }
 }
 
-/// As a port that is closed does it, though the system has accepted already.
+/// Makes the end of a connection a reset, as at a port that is closed, though the system has accepted already.
 pub(super) fn reset(stream: &TcpStream) {
     // Without it the peer sees an orderly end when the stream is dropped, which tells it less.
     let _ = SockRef::from(stream).set_linger(Some(Duration::ZERO));

@@ -66,7 +66,7 @@ impl Link {
         &self.path
     }
 
-    /// Has it point elsewhere, with no moment at which there is no link.
+    /// Points the link elsewhere, with no moment at which there is no link.
     pub(super) fn point_to(&mut self, target: &Path) -> io::Result<()> {
         let unfinished = files::unfinished_path(&self.path, None)?;
         files::remove(&unfinished)?;
