@@ -22,7 +22,8 @@ pub const MAX_STREAMS: usize = 32;
 /// Answer of most calls: a document, or the reason why they had no effect.
 pub type Answer<T> = Result<Json<T>, Problem>;
 
-/// The way to the driver; as a parameter of a handler that to the robot of the call, which [`super::robots`] has found.
+/// The way to the driver. As a parameter of a handler it leads to the robot of the call, which [`super::robots`] has
+/// found.
 #[derive(Clone)]
 pub struct Handle {
     driver: Requests,
@@ -65,7 +66,7 @@ impl Handle {
         self.change(Request::Action, action, look).await
     }
 
-    /// As [`Handle::act`], at the operating panel; what is read is the answer of the call.
+    /// As [`Handle::act`], at the operating panel; returns the answer of the call.
     pub async fn press<T: Send + 'static>(
         &self,
         panel: PanelAction,

@@ -127,7 +127,7 @@ impl Journal {
         self.push(at, event, |_| {});
     }
 
-    /// At most `most` events with numbers from `from` on.
+    /// Returns at most `most` events with numbers from `from` on.
     pub fn events_from(&self, from: u64, most: usize) -> EventBatch {
         let state = self.lock();
         let begin = from.max(1).max(state.first());

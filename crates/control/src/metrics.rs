@@ -118,9 +118,9 @@ fn count_name(names: &mut Names, name: &'static str) {
 /// Counters of everything that happened since the start.
 #[derive(Debug, Clone, Default)]
 pub struct Metrics {
-    /// In the order of [`Port::ALL`].
+    /// Counters of each port, in the order of [`Port::ALL`].
     ports: [PortCounters; Port::ALL.len()],
-    /// By their rules.
+    /// Numbers of findings by their rules.
     findings: Names,
     refusals: Series,
     dropped: Series,

@@ -42,7 +42,7 @@ impl Problem {
         }
     }
 
-    /// The same problem, of this part of the request.
+    /// Sets the part of the request that the problem is about.
     #[must_use]
     pub fn at(self, place: impl Display) -> Problem {
         let place = Some(printable(place));
@@ -76,7 +76,7 @@ impl Problem {
         Problem::expected_found(StatusCode::BAD_REQUEST, place, expected, found)
     }
 
-    /// The same problem, told in other words than those of its parts.
+    /// Sets the sentence, where that of the parts does not fit.
     #[must_use]
     pub fn told(self, error: impl Display) -> Problem {
         let error = printable(error);

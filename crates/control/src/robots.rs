@@ -99,7 +99,7 @@ pub struct RobotList {
 /// All robots, as a parameter of a handler.
 pub type Fleet = Extension<Arc<dyn Robots>>;
 
-/// Whom a call is for that can also be for all robots.
+/// Robots of a call that can be for one or for all.
 pub enum Scope {
     /// For one.
     One(Handle),

@@ -39,7 +39,7 @@ pub struct RunRequest {
     pub trace: bool,
     /// Record the executed lines in [`RunReport::executed`].
     pub record_lines: bool,
-    /// How time passes; `stepped` is refused.
+    /// Time mode; `stepped` is refused.
     pub time: TimeMode,
     /// Longest run, in virtual time.
     pub max_time: Duration,
@@ -81,7 +81,7 @@ pub enum RunEvent<'a> {
     },
 }
 
-/// How a run ended.
+/// End of a run.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum RunEnd {
     /// END of the main program.
@@ -127,7 +127,6 @@ pub enum RunEnd {
 /// The result of a run.
 #[derive(Debug, Clone, PartialEq)]
 pub struct RunReport {
-    /// How the run ended.
     pub end: RunEnd,
     /// Virtual time from start to end.
     pub duration: Duration,
@@ -286,7 +285,7 @@ impl Runner<'_> {
         let _refusal_is_an_event = self.seat.feed(now, input, Side::Host, &mut self.outcome);
     }
 
-    /// How the run ended; `None` while the program runs.
+    /// End of the run; `None` while the program runs.
     fn end(&mut self) -> Option<RunEnd> {
         if self.seat.controller.program_runs() {
             return None;

@@ -152,8 +152,8 @@ fn read(path: &Path) -> Option<Instance> {
     serde_json::from_str(&files::read_text(path, MAX_FILE).ok()?).ok()
 }
 
-/// Where state files are kept, the usual place first: `ts3100` in the runtime directory of the user, or one with the number
-/// of the user in memory or in the directory for temporary files. One that others can write to is not used.
+/// Directories of the state files, the usual one first: `ts3100` in the runtime directory of the user, or one with the
+/// number of the user in memory or in the directory for temporary files. One that others can write to is not used.
 fn directories() -> Vec<PathBuf> {
     let runtime = std::env::var_os("XDG_RUNTIME_DIR").map(PathBuf::from);
     if let Some(runtime) = runtime.filter(|path| path.is_absolute() && path.is_dir()) {

@@ -22,7 +22,7 @@ use ts3100_recording::transcript::{Header, MAX_BUFFERED_RECORDS, TranscriptSink,
 
 /// The name of a robot that is alone in its process.
 pub const ONLY: &str = "robot-1";
-/// Up to so many robots, as much is kept of each as of one alone.
+/// Most robots of which as much is kept as of one alone.
 const UNDIVIDED: usize = 16;
 /// Fewest events and records that are kept of a robot.
 const MIN_KEPT: usize = 64;
@@ -53,7 +53,7 @@ pub struct Surroundings {
 }
 
 impl Surroundings {
-    /// Those of a robot that is alone.
+    /// Surroundings of a robot that is alone.
     pub const NONE: Surroundings = Surroundings {
         shared: None,
         robots: 1,

@@ -58,7 +58,7 @@ pub enum StartError {
     /// The control interface cannot listen.
     #[error("cannot open the control interface at {address}: {}", control_reason(*address, reason))]
     Control {
-        /// Where.
+        /// Address at which it should listen.
         address: SocketAddr,
         /// Error of the operating system.
         reason: io::Error,

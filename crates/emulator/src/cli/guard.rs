@@ -36,7 +36,7 @@ impl Guard {
         Ok(Guard { process, pipe })
     }
 
-    /// From now on it ends this process, and what that has started, when exec is gone.
+    /// Watches a process: when exec is gone, the guard ends it with everything that it has started.
     pub(super) fn watch(&mut self, process: u32) -> io::Result<()> {
         writeln!(self.pipe, "{process}")
     }

@@ -1,6 +1,6 @@
 //! `ts3100 ready`: asks whether an emulator answers, or waits until it does.
 //!
-//! Where to ask follows from the variables that configure `serve`, and from the state files of running emulators
+//! The address follows from the variables that configure `serve`, and from the state files of running emulators
 //! ([`crate::instances`]), so that a start-up script or the health check of a container needs no address. `/health` is
 //! asked with [`ts3100_control::client`]; without a control interface IP0 is connected to and closed again.
 
@@ -55,7 +55,7 @@ fn wait_time(text: &str) -> Result<Duration, UnexpectedWord> {
     Some(time).filter(|time| *time <= MAX_WAIT).ok_or_else(wrong)
 }
 
-/// Whom to ask.
+/// Place to ask.
 enum Target {
     /// The control interface at this URL, with its token.
     Control(String, Option<String>),
@@ -117,7 +117,7 @@ impl Target {
         Target::configured(&serve)
     }
 
-    /// Where `serve` would be with this configuration.
+    /// Place at which `serve` would answer with this configuration.
     fn configured(serve: &ServeArgs) -> anyhow::Result<Target> {
         let ports = serve.tcp_ports();
         if let Some(control) = config::control_settings(serve, ports)? {

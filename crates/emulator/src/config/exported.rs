@@ -22,7 +22,7 @@ pub fn channel_port(port: Port) -> String {
     format!("TS3100_{}_PORT", port.name())
 }
 
-/// Where a serial port is: a pseudo terminal, a device, an address.
+/// Variable with the place of a serial port: a pseudo terminal, a device, an address.
 pub fn serial_line(port: Port) -> String {
     format!("TS3100_SERIAL_{}_LINE", port.name())
 }

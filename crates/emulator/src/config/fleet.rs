@@ -142,7 +142,7 @@ impl FleetConfig {
         self.only.as_deref()
     }
 
-    /// How many there are.
+    /// Number of robots.
     pub fn count(&self) -> usize {
         self.count
     }
@@ -318,7 +318,7 @@ impl FleetConfig {
         Ok(())
     }
 
-    /// How the time of a robot passes.
+    /// Time mode of a robot, and its treatment of gaps.
     pub fn time_of(&self, index: usize) -> (TimeMode, TimeGap) {
         if let Some(only) = &self.only {
             return (only.time, only.time_gap);

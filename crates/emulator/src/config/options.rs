@@ -38,7 +38,7 @@ pub enum OptionError {
     },
 }
 
-/// Where all options are listed.
+/// Hint to the list of all options.
 const ALL_OPTIONS: &str = "; `ts3100 serve --set help` lists them";
 
 /// The values that an option accepts.
@@ -70,7 +70,7 @@ pub enum Values {
         /// Largest value.
         max: f32,
     },
-    /// How each of IP0 to IP3 opens, as in `[E00]`.
+    /// Open mode of each of IP0 to IP3, as in `[E00]`.
     OpenModes,
     /// Five times in milliseconds, or one for all.
     Quartiles,

@@ -1,5 +1,5 @@
-//! Where the serial ports HOST and COM1 are reached. The flags of both ports are merged, and two ways to one port
-//! are refused.
+//! Endpoints of the serial ports HOST and COM1. The flags of both ports are merged, and two ways to one port are
+//! refused.
 //!
 //! Each way (pseudo terminal, device, RFC 2217, TCP) is implemented in [`ts3100_driver::serial`].
 

@@ -77,7 +77,7 @@ impl LineFolder {
         None
     }
 
-    /// When [`Folds::told`] may have a line.
+    /// Earliest time at which [`Folds::told`] may have a line.
     pub(super) fn next_window_end(&self) -> Option<Instant> {
         self.folds.iter().map(|fold| fold.window_end).min()
     }

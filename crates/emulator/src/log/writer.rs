@@ -23,7 +23,7 @@ use ts3100_control::printable::{escape_line, escape_lines, printable};
 
 /// Lines that may wait to be written; more are dropped.
 const QUEUE_LENGTH: usize = 4_096;
-/// How long after the first line the thread starts.
+/// Delay between the first line and the start of the thread.
 const THREAD_DELAY: Duration = Duration::from_millis(1);
 /// Time in which stderr has to take a line for [`flush`] to wait on.
 const FLUSH_STEP: Duration = Duration::from_millis(250);

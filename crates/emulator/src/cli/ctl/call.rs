@@ -144,7 +144,7 @@ fn wire(outside: Option<&str>, on: bool) -> Call {
 const OF_ALL: [&str; 2] = ["/robots", "/wires"];
 
 impl Call {
-    /// The same call of the robot of this name.
+    /// Turns the call into one of the robot of this name.
     pub fn of_robot(mut self, robot: Option<String>) -> Call {
         if let Some(name) = robot
             && !OF_ALL.iter().any(|path| self.path.starts_with(path))
@@ -155,7 +155,7 @@ impl Call {
         self
     }
 
-    /// How long the interface may take on purpose, by the system clock.
+    /// Time that the interface may take on purpose, by the system clock.
     pub fn longest_wait(&self) -> Duration {
         if !WAITING_PATHS.iter().any(|path| self.path.ends_with(path)) || self.method != "POST" {
             return Duration::ZERO;

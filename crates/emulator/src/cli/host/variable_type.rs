@@ -15,7 +15,7 @@ const TYPE_NAMES: [(&str, VariableKind); 5] = [
     ("coordinate", VariableKind::Coordinate),
     ("position", VariableKind::Position),
 ];
-/// From the code of a type to that of an element of an array of it (CMD-MR-04).
+/// Distance from the code of a type to that of an element of its arrays (CMD-MR-04).
 const ELEMENT_OFFSET: i32 = 5;
 
 /// The type of a variable, as typed.

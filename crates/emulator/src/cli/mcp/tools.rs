@@ -238,7 +238,7 @@ pub(super) const TOOLS: &[Tool] = &[
 ];
 
 impl Tool {
-    /// As `tools/list` has it.
+    /// Description of the tool for `tools/list`.
     pub(super) fn description(&self) -> Value {
         let properties = self.arguments.iter().map(|argument| {
             let schema = json!({ "type": argument.kind, "description": argument.about });

@@ -200,7 +200,7 @@ fn joined(values: impl Iterator<Item = String>) -> String {
     values.collect::<Vec<_>>().join(" ")
 }
 
-/// To the thousandth of a micrometre, and no minus before a zero.
+/// Rounds to a millionth; there is no minus before a zero.
 fn rounded(value: f64) -> f64 {
     (value * 1e6).round() / 1e6 + 0.0
 }

@@ -7,7 +7,7 @@ use ts3100_survey::{Report, ledger};
 /// Before what the answers do not settle.
 const REMAINING: &str = "Of the emulator remains assumed, with this controller too:";
 
-/// As text.
+/// Formats the report as text.
 pub(super) fn text(report: &Report) -> String {
     let mut out = format!("Survey of {} ({})\n", of(report), report.made_by);
     for row in facts(report) {
@@ -24,7 +24,7 @@ pub(super) fn text(report: &Report) -> String {
     out
 }
 
-/// As a page.
+/// Formats the report as a page of HTML.
 pub(super) fn html(report: &Report) -> String {
     let rows = report.answers.iter().map(|answer| {
         let sets = answer.sets.as_ref();

@@ -1,4 +1,4 @@
-//! How the values of the named options are read and written, by the type of their field.
+//! Reading and writing the values of the named options, by the type of their field.
 
 use super::Values;
 use scol_mini::IntDivision;
@@ -22,7 +22,7 @@ use ts3100_proto::words::split_duration;
 /// The field of an option.
 pub(super) type Place<T> = for<'a> fn(&'a mut Options, &'a mut LinkOptions) -> &'a mut T;
 
-/// How the field of an option is set and shown.
+/// Access to the field of an option: sets it and shows it.
 pub(super) trait Setting: Sync {
     /// The values it accepts.
     fn values(&self) -> Values;
@@ -128,7 +128,7 @@ fn parts(text: &str) -> impl Iterator<Item = &str> {
     text.split([' ', ',']).filter(|part| !part.is_empty())
 }
 
-/// How each of IP0 to IP3 opens.
+/// Open mode of each of IP0 to IP3.
 impl Value for [OpenMode; 4] {
     fn values() -> Values {
         Values::OpenModes
