@@ -474,6 +474,24 @@ fn a_real_port_is_served_and_looked_for_again_when_it_is_unplugged() {
 }
 
 #[test]
+fn a_real_port_opens_again_with_the_u06_of_a_power_cycle() {
+    let (mut cable, name) = cable();
+    let robot = Emulator::builder()
+        .serial(Port::Host, SerialEndpoint::Device(name))
+        .start()
+        .unwrap();
+    set_u06(&robot, "9600 8 0 1", "115200 8 0 2");
+    // Both ends of a pseudo terminal have the same settings.
+    eventually("the port has the settings of [U06]", || {
+        let termios = rustix::termios::tcgetattr(&cable).unwrap();
+        let two = rustix::termios::ControlModes::CSTOPB;
+        (termios.output_speed() == 115_200 && termios.control_modes.contains(two)).then_some(())
+    });
+    cable.write_all(&text("SU")).unwrap();
+    assert!(hear_cable(&cable).starts_with(b"\x02FL,MODE:"));
+}
+
+#[test]
 fn a_real_port_that_is_not_there_is_an_error_with_its_name() {
     let started = Emulator::builder()
         .serial(Port::Com1, SerialEndpoint::Device("/dev/ttyNOTHERE".into()))
