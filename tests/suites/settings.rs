@@ -309,6 +309,24 @@ fn a_text_before_the_answer_has_left_is_not_ignored_with_strict_50ms() {
     assert_eq!(robot.findings.count(&rules::ANSWER_EARLY), 0);
 }
 
+/// PRINT and an unsolicited SP answer nothing, so option `reply.delay` does not hold them back.
+#[test]
+fn reply_delay_delays_answers_only() {
+    let mut robot = with_options(|options| options.reply_delay = [Duration::from_millis(300); 5]);
+    robot.connect(Port::Ip1);
+    robot.load("TEST", "PROGRAM T\nDELAY 1\nPRINT IP1, \"A\", CR\nEND\n");
+    for (command, answer) in [(b"SO\r", b"OK\r"), (b"RN\r", b"OK\r")] {
+        robot.send(Port::Ip0, command);
+        robot.advance_ms(250);
+        assert!(robot.received(Port::Ip0).is_empty());
+        robot.advance_ms(100);
+        assert_eq!(robot.received(Port::Ip0), frame(answer));
+    }
+    robot.advance_ms(750);
+    assert_eq!(robot.received(Port::Ip1), b"A\r");
+    assert_eq!(robot.received(Port::Ip0), frame(b"SP\r"));
+}
+
 // clause: RAM-15
 #[test]
 fn a_full_drive_refuses_and_keeps_what_it_has() {
