@@ -273,6 +273,18 @@ fn a_held_text_leaves_in_one_write_with_the_next() {
 }
 
 #[test]
+fn a_reply_waits_for_a_late_one_although_the_fault_is_cleared() {
+    let mut robot = robot();
+    arm(&mut robot, "late-reply:delay=400");
+    assert_eq!(ask(&mut robot, b"SO", 100), []);
+    robot.feed(robot.now(), Input::from(FaultAction::Clear));
+    assert_eq!(
+        ask(&mut robot, b"RN", 1_000),
+        [sent(400, b"\x02OK\r\x03"), sent(400, b"\x02NG\r\x03")]
+    );
+}
+
+#[test]
 fn a_connection_that_is_cut_or_half_open_says_nothing_more_until_there_is_another() {
     let mut robot = robot();
     arm(&mut robot, "reset-mid-text:bytes=2");
