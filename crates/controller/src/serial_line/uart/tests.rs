@@ -201,3 +201,41 @@ fn only_the_stop_bits_may_differ() {
         }
     }
 }
+
+#[test]
+fn a_receiver_inside_a_character_has_taken_fewer_bits_than_the_character_has() {
+    // Start bit, data bits, parity bit, first stop bit.
+    for (own, bits) in [
+        (line(9_600, 8, Parity::None, 2), 10),
+        (line(9_600, 7, Parity::Even, 1), 10),
+        (line(9_600, 7, Parity::None, 1), 9),
+    ] {
+        let is_valid = |taken| {
+            let state = ReceiverState::Frame {
+                left: 1,
+                taken,
+                bits: 0,
+            };
+            Receiver {
+                state,
+                ..Receiver::new(own, own)
+            }
+            .is_valid()
+        };
+        assert!(is_valid(bits - 1), "{own:?}");
+        assert!(!is_valid(bits), "{own:?}");
+    }
+}
+
+#[test]
+fn a_slow_receiver_ends_its_character_in_the_pause_of_a_fast_sender() {
+    let mut receiver = Receiver::new(line(9_600, 8, Parity::None, 1), line(1_200, 8, Parity::None, 1));
+    let mut read = Vec::new();
+    // The byte is over after 1.042 ms; the stop bit at 1200 bps is sampled after 9.5 bits, 7.917 ms.
+    receiver.receive(0, &mut read);
+    receiver.idle_for(6_870, &mut read);
+    assert!(receiver.is_busy() && read.is_empty());
+    receiver.idle_for(10, &mut read);
+    let (byte, fault) = (0xFF, None);
+    assert_eq!(read, [Character { byte, fault }]);
+}
