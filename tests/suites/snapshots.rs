@@ -213,6 +213,7 @@ fn impossible() -> Vec<(&'static str, Json, &'static str)> {
             0.5.into(),
             "arm.active",
         ),
+        ("/arm/wear/total/way/0", (-1.0).into(), "arm.wear"),
         (
             "/executor/main",
             Json::Null,
