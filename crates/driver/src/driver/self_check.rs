@@ -82,3 +82,22 @@ async fn exchange_su(address: SocketAddr, checksum: Checksum) -> io::Result<()> 
     }
     Ok(())
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use tokio::io::AsyncReadExt as _;
+    use tokio::net::TcpListener;
+
+    #[tokio::test]
+    async fn a_robot_that_hangs_up_without_an_answer_fails_the_check() {
+        let listener = TcpListener::bind((Ipv4Addr::LOCALHOST, 0)).await.unwrap();
+        let address = listener.local_addr().unwrap();
+        let robot = async {
+            let (mut stream, _) = listener.accept().await.unwrap();
+            stream.read_exact(&mut [0; 5]).await.unwrap();
+        };
+        let (checked, ()) = tokio::join!(exchange_su(address, Checksum::None), robot);
+        assert_eq!(checked.unwrap_err().kind(), io::ErrorKind::UnexpectedEof);
+    }
+}
