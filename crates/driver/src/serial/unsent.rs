@@ -66,3 +66,19 @@ impl Unsent {
         std::mem::take(&mut self.bytes).into()
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_full_buffer_keeps_what_it_has() {
+        let mut unsent = Unsent::new(Port::Com1);
+        unsent.push(&[b'1'; MAX_UNSENT - 1]);
+        unsent.push(b"234");
+        unsent.push(b"5");
+        let bytes = unsent.take();
+        assert_eq!(bytes.len(), MAX_UNSENT);
+        assert!(bytes.ends_with(b"12"));
+    }
+}
