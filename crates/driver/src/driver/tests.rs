@@ -203,6 +203,23 @@ fn assert_not_ahead(driver: &Driver, started: Instant) {
 }
 
 #[test]
+fn time_goes_on_from_the_moment_that_a_slow_machine_has_reached() {
+    let runtime = single_threaded();
+    let _guard = runtime.enter();
+    let (mut driver, _requests) = open_with(|setup| setup.time = TimeMode::Real);
+    let due = Time::from_millis(5);
+    driver.seat(FIRST).plan(Box::new(At(due)));
+    // The loop woke a second ago to serve an hour.
+    let woken = driver.clock.wall().checked_sub(Duration::from_secs(1)).unwrap();
+    driver.clock.hold(Some(woken));
+    driver.clock.jump(Time::ZERO + HOUR);
+    driver.tick();
+    let reached = driver.world[FIRST].moment_of(due);
+    assert_eq!(driver.clock.now(), reached);
+    assert_eq!(driver.clock.lag(), (Time::ZERO + HOUR).since(reached));
+}
+
+#[test]
 fn automatic_time_does_not_run_away_while_nothing_is_due() {
     single_threaded().block_on(async {
         let started = Instant::now();
