@@ -128,7 +128,7 @@ impl AxisAngle {
         }
         // Half a turn: (R + 1) / 2 is axis times axis; its longest column gives the axis.
         let mut columns = pairwise(*r, transposed(r), |row, column| {
-            pairwise(row, column, |cell, mirrored| cell / 2.0 + mirrored / 2.0)
+            pairwise(row, column, |cell, mirrored| cell / 4.0 + mirrored / 4.0)
         });
         for (index, column) in columns.iter_mut().enumerate() {
             column[index] = (r[index][index] + 1.0) / 2.0;

@@ -542,3 +542,40 @@ fn no_axis_is_faster_than_it_can_on_a_line() {
         }
     }
 }
+
+/// The tool turns by exactly half a turn about an axis that is none of the frame's.
+#[test]
+fn a_line_with_half_a_turn_about_any_axis_ends_as_it_is_to() {
+    let model = ArmModel::tv800();
+    let at = |y: f64, abc: [f64; 3]| Pose {
+        xyz: [400.0, y, 350.0],
+        abc,
+        uv: [0.0; 2],
+    };
+    let mut turned = 0;
+    for (start, end) in [
+        ([0.0, -45.0, 0.0], [0.0, -45.0, 180.0]),
+        ([0.0, -30.0, 20.0], [0.0, -30.0, -160.0]),
+        ([20.0, 0.0, 0.0], [20.0, 0.0, 180.0]),
+    ] {
+        let from = model.inverse(&at(0.0, start), KEEP, &model.ready).unwrap();
+        let to = at(20.0, end);
+        let target = Target::Pose(to, KEEP, Route::Line);
+        let motion = planned(&model, &from, &target, &Limits::FULL);
+        let found = model.forward(&motion.joints_at(motion.duration())).0;
+        for (found, expected) in found
+            .transform()
+            .rotation
+            .iter()
+            .flatten()
+            .zip(to.transform().rotation.iter().flatten())
+        {
+            assert!(
+                (found - expected).abs() < 1e-6,
+                "{start:?} to {end:?}: {found} for {expected}"
+            );
+        }
+        turned += 1;
+    }
+    assert_eq!(turned, 3);
+}
