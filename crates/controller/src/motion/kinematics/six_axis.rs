@@ -119,6 +119,11 @@ fn wrist(turn: &[[f64; 3]; 3], nflip: bool, near_4: f64) -> [f64; 3] {
         return [near_4, 0.0, together - near_4];
     }
     let sign = if nflip { 1.0 } else { -1.0 };
+    if sin < WRIST_SINGULAR {
+        // Axis 5 is folded back, beyond the range of the models here: only the difference of axes 4 and 6 is known.
+        let apart = degrees(atan2(turn[1][0], turn[1][1]));
+        return [near_4, sign * 180.0, near_4 + apart];
+    }
     [
         degrees(atan2(sign * turn[1][2], sign * turn[0][2])),
         degrees(atan2(sign * sin, turn[2][2])),

@@ -219,6 +219,25 @@ fn a_bent_wrist_passes_its_singular_posture() {
     );
 }
 
+/// A model of one's own may let axis 5 fold back: there axes 4 and 6 turn against each other.
+#[test]
+fn a_wrist_that_is_folded_back_passes_its_singular_posture() {
+    let mut model = ArmModel::tv800();
+    (model.axes[4].min, model.axes[4].max) = (-200.0, 200.0);
+    for axis_5 in [180.0, -180.0] {
+        let joints = [10.0, 20.0, 60.0, 30.0, axis_5, -50.0, 0.0, 0.0];
+        let (pose, digits) = model.forward(&joints);
+        let found = model.inverse(&pose, digits, &joints).unwrap();
+        for (found, expected) in found.iter().zip(joints) {
+            assert!(
+                (found - expected).abs() < 1e-6,
+                "{found} for {expected} at {axis_5}"
+            );
+        }
+        assert_same(&model.forward(&found).0, &pose);
+    }
+}
+
 // clause: DATA-04
 #[test]
 fn what_cannot_be_reached_is_named() {
