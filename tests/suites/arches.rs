@@ -165,6 +165,26 @@ fn distances_fit_from_0_to_the_height_of_the_arch_and_others_are_2_104() {
     }
 }
 
+// clause: T11 T8
+#[test]
+fn after_distances_that_do_not_fit_a_start_goes_on_with_the_next_statement() {
+    let mut robot = scara();
+    robot.connect(Port::Ip1);
+    robot.load(
+        "P",
+        "PROGRAM P\nMOVEJ POINT(250,100,0,0,0) POINT(20,-1,20)\nPRINT IP1,\"X\"\nEND\n",
+    );
+    robot.command(Port::Ip0, "SL,P");
+    robot.command(Port::Ip0, "RN");
+    robot.advance_ms(1_000);
+    assert_eq!(robot.alarms(), ["2-104"]);
+    assert_eq!(robot.received(Port::Ip1), b"");
+    robot.command(Port::Ip0, "RN");
+    robot.advance_ms(1_000);
+    assert_eq!(robot.received(Port::Ip1), b"X");
+    assert_eq!(robot.alarms(), ["2-104"]);
+}
+
 // clause: T11
 #[test]
 fn without_overlap_the_way_across_is_level_and_with_full_overlap_it_is_quickest() {

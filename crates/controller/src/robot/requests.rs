@@ -150,8 +150,8 @@ impl Robot {
                         OutOfReach::Level8 => alarm::INVALID_RANGE,
                         OutOfReach::Level4 => alarm::OUT_OF_REACH,
                     },
-                    // A bad value: nothing was interpolated (T8.3).
-                    MotionError::Gate { .. } => alarm::OUT_OF_RANGE,
+                    // A bad value: nothing was interpolated (T8.3), and a start goes on after the statement.
+                    MotionError::Gate { .. } => return task.give_up(alarm::OUT_OF_RANGE, error),
                 };
                 task.trouble(code, error)
             }
