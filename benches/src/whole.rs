@@ -75,7 +75,7 @@ fn idle() -> Result<Controller, String> {
             peer,
         },
     );
-    controller.feed(Time::ZERO, Input::Panel(PanelAction::Servo(true)));
+    controller.feed(Time::ZERO, Input::by_hand(PanelAction::Servo(true)));
     Ok(controller)
 }
 
@@ -89,7 +89,7 @@ fn running() -> Result<Controller, String> {
     controller
         .select(Time::ZERO, "ARRAYS")
         .map_err(|error| error.to_string())?;
-    controller.feed(Time::ZERO, Input::Panel(PanelAction::Start));
+    controller.feed(Time::ZERO, Input::by_hand(PanelAction::Start));
     controller.feed(Time::from_millis(1_000), Input::Tick);
     if controller.program_runs() {
         Ok(controller)

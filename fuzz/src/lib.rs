@@ -104,7 +104,7 @@ impl Robot {
                 peer: String::from("fuzz"),
             });
         }
-        robot.feed(Input::Panel(PanelAction::Servo(true)));
+        robot.feed(Input::by_hand(PanelAction::Servo(true)));
         robot
     }
 
@@ -202,32 +202,32 @@ impl Robot {
                 port,
                 peer: String::from("again"),
             }),
-            16 => self.feed(Input::Panel(PanelAction::Start)),
-            17 => self.feed(Input::Panel(PanelAction::Stop)),
-            18 => self.feed(Input::Panel(PanelAction::FeedHold)),
+            16 => self.feed(Input::by_hand(PanelAction::Start)),
+            17 => self.feed(Input::by_hand(PanelAction::Stop)),
+            18 => self.feed(Input::by_hand(PanelAction::FeedHold)),
             19 => {
                 let line = choices.word() % 300;
-                self.feed(Input::Panel(PanelAction::InputLine { line, on }));
+                self.feed(Input::by_hand(PanelAction::InputLine { line, on }));
             }
             20 => {
                 let keys = String::from_utf8_lossy(choices.chunk()).into_owned();
-                self.feed(Input::Panel(PanelAction::Keys(keys)));
+                self.feed(Input::by_hand(PanelAction::Keys(keys)));
             }
             21 => {
                 let key = [KeySwitch::Ext, KeySwitch::Internal, KeySwitch::Teaching];
                 let right = [ControlRight::Ether, ControlRight::Sig, ControlRight::Rs232c];
                 let which = usize::from(choices.byte());
-                self.feed(Input::Panel(PanelAction::Key(key[which % 3])));
-                self.feed(Input::Panel(PanelAction::ControlRight(right[which / 3 % 3])));
+                self.feed(Input::by_hand(PanelAction::Key(key[which % 3])));
+                self.feed(Input::by_hand(PanelAction::ControlRight(right[which / 3 % 3])));
             }
-            22 => self.feed(Input::Panel(match choices.byte() % 5 {
+            22 => self.feed(Input::by_hand(match choices.byte() % 5 {
                 0 => PanelAction::EmergencyStop(on),
                 1 => PanelAction::SafetySwitch(on),
                 2 => PanelAction::AlarmReset,
                 3 => PanelAction::MachineLock(on),
                 _ => PanelAction::Battery(on),
             })),
-            _ => self.feed(Input::Panel(match choices.byte() % 8 {
+            _ => self.feed(Input::by_hand(match choices.byte() % 8 {
                 0 => PanelAction::PowerCycle,
                 _ => PanelAction::Servo(!on),
             })),

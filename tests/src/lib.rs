@@ -149,7 +149,7 @@ impl Robot {
 
     /// Something is done at the controller itself.
     pub fn panel(&mut self, panel: PanelAction) {
-        self.feed(Input::Panel(panel));
+        self.feed(Input::by_hand(panel));
     }
 
     /// The settings of HOST or COM1 are changed in USER.PAR; they act after a power cycle.

@@ -58,7 +58,7 @@ fn alarms_of(mut robot: Robot, statement: &str) -> Vec<String> {
 /// Raises an alarm as a test does.
 fn raise(robot: &mut Robot, number: &str) {
     let (number, detail) = (number.to_owned(), String::new());
-    robot.feed(Input::Action(Action::RaiseAlarm { number, detail }));
+    robot.feed(Input::by_owner(Action::RaiseAlarm { number, detail }));
 }
 
 // clause: T8 T27 I17-035

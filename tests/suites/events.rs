@@ -186,7 +186,7 @@ fn al_is_the_highest_level_of_the_alarms_that_occur() {
     assert_eq!(field(&mut robot, "AL"), "0");
     for (number, level) in [("1-200", "1"), ("2-046", "2"), ("4-102", "4"), ("8-026", "8")] {
         let (number, detail) = (number.to_owned(), String::new());
-        robot.feed(Input::Action(Action::RaiseAlarm { number, detail }));
+        robot.feed(Input::by_owner(Action::RaiseAlarm { number, detail }));
         assert_eq!(field(&mut robot, "AL"), level);
     }
     robot.command(Port::Ip0, "RS,ERR");

@@ -144,13 +144,13 @@ fn store(world: &mut World, host: &mut dyn Host) -> Outcome<()> {
 }
 
 fn cycle(world: &mut World, host: &mut dyn Host) -> Outcome<()> {
-    world.put(Input::Panel(PanelAction::Servo(true)));
+    world.put(Input::by_hand(PanelAction::Servo(true)));
     host.cycle(world)
 }
 
 fn greetings(world: &mut World, host: &mut dyn Host) -> Outcome<()> {
     world.connect(Port::Ip1);
-    world.put(Input::Panel(PanelAction::Start));
+    world.put(Input::by_hand(PanelAction::Start));
     let found = host.records(world, Port::Ip1, 2)?;
     match found.as_slice() {
         [first, second] if first == "READY" && second == "GO" => Ok(()),
@@ -318,7 +318,7 @@ fn a_key_is_not_turned_to_a_position_that_the_controller_lacks() {
         let mut arm = |to: &str| {
             let fault: Fault = format!("key-turned:to={to}").parse().unwrap();
             let action = Action::Fault(FaultAction::Arm(Box::new(fault)));
-            let armed = robot.handle(Time::ZERO, Input::Action(action));
+            let armed = robot.handle(Time::ZERO, Input::by_owner(action));
             armed.map(drop).map_err(|error| error.to_string())
         };
         assert_eq!(arm("teaching"), Ok(()));

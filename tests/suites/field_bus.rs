@@ -149,7 +149,7 @@ fn with_a_field_bus_commands_and_programs_set_its_outputs() {
         robot.advance_ms(5_000);
         assert_eq!(user_outputs_on(&robot), [302, 364, 402, 407, 464]);
         for action in [Action::PowerOff, Action::PowerOn] {
-            robot.put(Input::Action(action));
+            robot.put(Input::by_owner(action));
         }
         assert_eq!(user_outputs_on(&robot), [0; 0]);
     }

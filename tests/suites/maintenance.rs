@@ -263,9 +263,9 @@ fn times_and_counts_are_those_of_the_states_and_survive_a_power_cycle() {
     robot.advance_ms(5 * 60_000);
     close(item(&mut robot, 2)[0], 90.0, "before the power went off");
     assert!(item(&mut robot, 9)[0] > 0.0);
-    robot.put(Input::Action(Action::PowerOff));
+    robot.put(Input::by_owner(Action::PowerOff));
     robot.advance_ms(30 * 60_000);
-    robot.put(Input::Action(Action::PowerOn));
+    robot.put(Input::by_owner(Action::PowerOn));
     robot.connect(Port::Ip0);
     robot = Robot::from_controller(round_trip::round_trip(&robot.seat.controller));
     let read = maintenance(&mut robot);

@@ -185,7 +185,7 @@ fn sys_rdy_is_off_under_an_alarm_of_level_4_or_8() {
     ] {
         let mut robot = with(|_| {});
         assert!(output(&mut robot, SYS_RDY));
-        robot.feed(Input::Action(Action::RaiseAlarm {
+        robot.feed(Input::by_owner(Action::RaiseAlarm {
             number: number.to_string(),
             detail: String::new(),
         }));

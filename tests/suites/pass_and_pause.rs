@@ -117,7 +117,7 @@ fn while_pause_holds_a_motion_a_stop_stops_and_a_start_goes_on_with_it() {
     let stop: Act = |robot| robot.panel(PanelAction::Stop);
     let alarm: Act = |robot| {
         let (number, detail) = ("2-046".to_string(), String::new());
-        robot.feed(Input::Action(Action::RaiseAlarm { number, detail }));
+        robot.feed(Input::by_owner(Action::RaiseAlarm { number, detail }));
     };
     let signal: Act = |robot| robot.panel(PanelAction::InputLine { line: 257, on: true });
     let key: Act = |robot| {

@@ -248,7 +248,7 @@ fn scara_off(robot: &mut Robot) {
     robot.send(Port::Ip0, b"CA\r");
     robot.advance_ms(10_000);
     assert_eq!(wire(robot, Port::Ip0), "", "nothing answers");
-    robot.feed(Input::Action(Action::PowerOn));
+    robot.feed(Input::by_owner(Action::PowerOn));
     robot.connect(Port::Ip0);
     assert!(answer(robot, "CA").contains("STEPS "));
     assert_eq!(answer(robot, "HI,12 1"), "1\r");

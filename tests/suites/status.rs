@@ -143,7 +143,7 @@ fn rs_sig_clears_the_first_24_outputs() {
 #[test]
 fn rs_sig_ends_the_pulse_of_an_output_that_it_clears() {
     let mut robot = idle();
-    robot.put(Input::Action(Action::Pulse {
+    robot.put(Input::by_owner(Action::Pulse {
         side: IoKind::Output,
         line: 3,
         on: true,

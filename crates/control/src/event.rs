@@ -77,8 +77,7 @@ impl JournalEvent {
             | Input::Backlogged { .. }
             | Input::WireLoop { .. }
             | Input::Persisted(_)
-            | Input::Panel(_)
-            | Input::Action(_) => None,
+            | Input::Action { .. } => None,
         }
     }
 

@@ -10,7 +10,7 @@ use std::sync::Arc;
 use std::time::Duration;
 use tokio::sync::{Semaphore, oneshot};
 use tokio::time::timeout;
-use ts3100_controller::{Action, PanelAction};
+use ts3100_controller::{Action, By, PanelAction};
 use ts3100_driver::driver::request::{Paused, Reply, Request, Requests, View, WaitResult};
 use ts3100_driver::driver::wait::Wait;
 use ts3100_recording::reports::RunRecord;
@@ -63,7 +63,12 @@ impl Handle {
         action: Action,
         look: impl FnOnce(&View<'_>) -> T + Send + 'static,
     ) -> Result<T, Problem> {
-        self.change(Request::Action, action, look).await
+        self.change(
+            |action, reply| Request::Action(action, By::Owner, reply),
+            action,
+            look,
+        )
+        .await
     }
 
     /// As [`Handle::act`], at the operating panel; returns the answer of the call.

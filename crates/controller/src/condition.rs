@@ -237,7 +237,7 @@ mod tests {
         let mut controller = Controller::new(Config::new(Dialect::Field), Vec::new()).unwrap();
         let mut watch = ConditionWatch::new("input 9 on".parse().unwrap());
         let mut line = |on| {
-            let input = Input::Panel(PanelAction::InputLine { line: 9, on });
+            let input = Input::by_hand(PanelAction::InputLine { line: 9, on });
             let _ = controller.feed(Time::ZERO, input);
             (watch.settled(&controller), watch.condition().holds(&controller))
         };
@@ -254,7 +254,7 @@ mod tests {
         let mut happens = |words: &str| {
             let action: Action = words.parse().unwrap();
             let mut watch = ConditionWatch::new(Condition::AlarmsReset);
-            let outputs = controller.feed(Time::ZERO, Input::Action(action));
+            let outputs = controller.feed(Time::ZERO, Input::by_owner(action));
             outputs.iter().any(|output| watch.output(output))
         };
         assert!(!happens("power cycle"), "there was none");

@@ -118,8 +118,7 @@ impl Controller {
             Input::SecondPeer { port, peer, kept } => robot.context.report_second_peer(port, &peer, kept),
             Input::Backlogged { port } => robot.context.report_backlog(port),
             Input::WireLoop { wires } => robot.context.report_wire_loop(&wires),
-            Input::Panel(action) => self.panel(action),
-            Input::Action(action) => result = self.act(action),
+            Input::Action { action, by } => result = self.act(action, by),
         }
         self.settle();
         result

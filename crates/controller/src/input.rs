@@ -77,14 +77,36 @@ pub enum Input {
     /// The answer to [`Output::Persist`](crate::output::Output::Persist): the change is kept, or why it is not. It comes before
     /// any other input; one that comes first says that it is not.
     Persisted(Result<(), PersistError>),
-    /// Something done at the operating panel, the teach pendant or the terminals.
-    Panel(PanelAction),
-    /// Something that only the owner of the controller can do; a refusal is the result of
-    /// [`Controller::handle`](crate::Controller::handle).
-    Action(Action),
+    /// Something done to the controller itself.
+    Action { action: Action, by: By },
+}
+
+/// Who does an action: it decides who learns that the action was refused.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum By {
+    /// A person at the panel or the teach pendant, or what drives a line: nobody waits for an answer, so a refusal is a
+    /// finding.
+    Hand,
+    /// The owner of the controller: a refusal is the result of [`Controller::handle`](crate::Controller::handle), and an
+    /// event.
+    Owner,
 }
 
 impl Input {
+    /// Something done at the operating panel, the teach pendant or the terminals.
+    pub fn by_hand(action: PanelAction) -> Input {
+        let action = Action::Panel(action);
+        Input::Action { action, by: By::Hand }
+    }
+
+    /// Something done by the owner of the controller.
+    pub fn by_owner(action: Action) -> Input {
+        Input::Action {
+            action,
+            by: By::Owner,
+        }
+    }
+
     /// [`Input::Received`] from any form of bytes.
     pub fn received(port: Port, bytes: impl Into<Bytes>) -> Input {
         let bytes = bytes.into();
@@ -94,6 +116,6 @@ impl Input {
 
 impl From<FaultAction> for Input {
     fn from(action: FaultAction) -> Input {
-        Input::Action(Action::Fault(action))
+        Input::by_owner(Action::Fault(action))
     }
 }

@@ -86,7 +86,7 @@ pub use condition_text::{CONDITION_FORMS, ConditionForm, ConditionParseError};
 pub use controller::Controller;
 pub use drive::{DriveError, PersistError};
 pub use findings::{Findings, Rule, Severity};
-pub use input::{ControlRight, Input, KeySwitch, PanelAction};
+pub use input::{By, ControlRight, Input, KeySwitch, PanelAction};
 pub use io::line_names::line_name;
 pub use io::signals;
 pub use network::{ChannelConfig, NetworkConfig};

@@ -162,7 +162,7 @@ pub enum Event {
         /// `level-code`, for example `2-046`.
         number: String,
     },
-    /// An [`Input::Action`](crate::Input::Action) had no effect; its caller gets the same as the result of
+    /// An action of the owner ([`Input::Action`](crate::Input::Action)) had no effect; its caller gets the same as the result of
     /// [`Controller::handle`](crate::Controller::handle).
     ActionRefused(ActionError),
     /// All alarms were reset.

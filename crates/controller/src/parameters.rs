@@ -164,7 +164,7 @@ mod tests {
             "comments, order and every other value stay"
         );
         assert_eq!(robot.network().channels[1].own_port, 1001);
-        robot.feed(Time::ZERO, Input::Panel(PanelAction::PowerCycle));
+        robot.feed(Time::ZERO, Input::by_hand(PanelAction::PowerCycle));
         assert_eq!(robot.network().channels[1].own_port, 2101);
     }
 
@@ -181,7 +181,7 @@ mod tests {
                 config.model = model;
                 let mut robot = Controller::new(config, Vec::new()).unwrap();
                 let before = robot.robot.parameters.clone();
-                robot.feed(Time::ZERO, Input::Panel(PanelAction::PowerCycle));
+                robot.feed(Time::ZERO, Input::by_hand(PanelAction::PowerCycle));
                 assert_eq!(robot.robot.parameters, before);
             }
         }

@@ -234,15 +234,16 @@ impl Seat {
 
     /// The input; nothing but time where it would drive the end of a wire and is not of the wire.
     fn beside_wires(&self, input: Input, by: Side) -> Input {
-        if let Input::Panel(PanelAction::InputLine { line, .. })
-        | Input::Action(
-            Action::Panel(PanelAction::InputLine { line, .. })
-            | Action::Pulse {
-                side: IoKind::Input,
-                line,
-                ..
-            },
-        ) = &input
+        if let Input::Action {
+            action:
+                Action::Panel(PanelAction::InputLine { line, .. })
+                | Action::Pulse {
+                    side: IoKind::Input,
+                    line,
+                    ..
+                },
+            ..
+        } = &input
             && by == Side::Host
             && self.wired_inputs.contains(line)
         {

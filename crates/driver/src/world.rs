@@ -421,7 +421,7 @@ impl<E: Effects> World<E> {
                             "wire: input {line} of robot {robot} {}",
                             if on { "on" } else { "off" }
                         );
-                        let input = Input::Panel(PanelAction::InputLine { line, on });
+                        let input = Input::by_hand(PanelAction::InputLine { line, on });
                         // A panel is told nothing.
                         let _ = self.feed_seat(robot, input, Side::Robot);
                     }

@@ -174,7 +174,7 @@ pub fn run(job: RunRequest, listen: &mut dyn FnMut(Duration, RunEvent<'_>)) -> R
     run.outcome.started_at = started_at;
     let limit = started_at + job.max_time;
     let wall = Instant::now();
-    run.feed(started_at, Input::Panel(PanelAction::Start));
+    run.feed(started_at, Input::by_hand(PanelAction::Start));
     if let Some(reason) = run.outcome.refusal.take() {
         return Err(RunError::Start(reason));
     }
@@ -274,7 +274,7 @@ impl Runner<'_> {
             .iter()
             .map(|&line| PanelAction::InputLine { line, on: true });
         for panel in switches.chain([PanelAction::Servo(true)]) {
-            self.feed(Time::ZERO, Input::Panel(panel));
+            self.feed(Time::ZERO, Input::by_hand(panel));
         }
         // Alarms and refusals of the preparation are not part of the run.
         (self.outcome.alarm, self.outcome.refusal) = (None, None);
@@ -312,7 +312,7 @@ impl Runner<'_> {
         record.push(b'\r');
         let input = match port {
             Some(port) => Input::received(port, record),
-            None => Input::Panel(PanelAction::Keys(String::from_utf8_lossy(&record).into_owned())),
+            None => Input::by_hand(PanelAction::Keys(String::from_utf8_lossy(&record).into_owned())),
         };
         self.feed(self.seat.controller.now(), input);
         true

@@ -243,7 +243,7 @@ mod tests {
             number: "1-102".to_owned(),
             detail: String::new(),
         };
-        controller.handle(Time::ZERO, Input::Action(raise)).unwrap();
+        controller.handle(Time::ZERO, Input::by_owner(raise)).unwrap();
         let expected = alarms(&controller);
         assert_eq!(expected, ["1-102"]);
         snapshot::write(&file, snapshot::States::One(&controller)).unwrap();

@@ -100,9 +100,9 @@ fn the_history_is_in_either_order() {
     let mut orders = BTreeSet::new();
     for seed in SEEDS {
         let mut world = varied(Some(seed));
-        world.put(Input::Panel(PanelAction::EmergencyStop(true)));
+        world.put(Input::by_hand(PanelAction::EmergencyStop(true)));
         world.pass(Duration::from_secs(5));
-        world.put(Input::Panel(PanelAction::SafetySwitch(true)));
+        world.put(Input::by_hand(PanelAction::SafetySwitch(true)));
         let mut host = Careful::new(&mut world, Port::Ip0);
         orders.insert(host.file(&mut world, "EU", "2").unwrap());
     }
@@ -117,10 +117,10 @@ fn an_unsolicited_stop_comes_at_another_time_and_not_more_than_half_a_second_lat
         let mut world = varied(Some(seed));
         world.connect(Port::Ip0);
         world.connect(Port::Ip1);
-        world.put(Input::Panel(PanelAction::Start));
+        world.put(Input::by_hand(PanelAction::Start));
         world.pass(Duration::from_secs(1));
         let stopped = world.now;
-        world.put(Input::Panel(PanelAction::EmergencyStop(true)));
+        world.put(Input::by_hand(PanelAction::EmergencyStop(true)));
         world.pass(Duration::from_secs(2));
         let sent = world.peers.sent.iter().find(|(_, port, _)| *port == Port::Ip0);
         let (at, ..) = sent.unwrap_or_else(|| panic!("seed {seed}: nothing was sent"));

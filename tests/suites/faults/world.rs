@@ -66,7 +66,7 @@ impl World {
         if let Some((name, _)) = files.first() {
             world.seat.controller.select(Time::ZERO, name).unwrap();
         }
-        world.put(Input::Panel(PanelAction::Servo(true)));
+        world.put(Input::by_hand(PanelAction::Servo(true)));
         world
     }
 

@@ -10,6 +10,7 @@ use crate::controller::Controller;
 use crate::executor::StopCause;
 use crate::faults::kind::ScheduledAction;
 use crate::finding::rules;
+use crate::input::By;
 use crate::io::signals::{IoKind, Signals};
 use crate::ops::actions::no_line;
 use crate::output::{Event, Output};
@@ -20,11 +21,12 @@ use crate::refusal::OperateError;
 use ts3100_proto::words::Word as _;
 
 impl Controller {
-    /// Carries out an action of the owner. A change of a file that is stored outside first is made when its answer has come.
+    /// Carries out an action. A change of a file that is stored outside first is made when its answer has come. Nobody waits
+    /// for the result of an action by hand, so its refusal is a finding.
     ///
     /// # Errors
-    /// Why the action had no effect; the event says the same.
-    pub(super) fn act(&mut self, action: Action) -> Result<Accepted, ActionError> {
+    /// Why an action of the owner had no effect; the event says the same.
+    pub(super) fn act(&mut self, action: Action, by: By) -> Result<Accepted, ActionError> {
         let robot = &mut self.robot;
         let at_once = |done: ActionResult| done.map(|()| None);
         let variable = if let Action::SetVariable { name, .. } | Action::Teach { name, .. } = &action {
@@ -37,14 +39,16 @@ impl Controller {
                 let verb = format!("do `{action}`");
                 Err(ActionError::cannot("power", verb, "the power is off"))
             }
-            Action::Panel(PanelAction::InputLine { line, .. }) if !Signals::exists(line) => {
+            // A line that is driven by hand has a finding of its own (`no-such-line`).
+            Action::Panel(PanelAction::InputLine { line, .. })
+                if by == By::Owner && !Signals::exists(line) =>
+            {
                 Err(no_line(IoKind::Input, line))
             }
-            Action::Panel(panel) => {
+            Action::Panel(panel) => at_once(self.do_at_panel(&panel).map_err(|reason| {
                 let (place, verb) = purpose(&panel);
-                let done = self.do_at_panel(panel);
-                at_once(done.map_err(|reason| ActionError::cannot(place, verb, reason)))
-            }
+                ActionError::cannot(place, verb, reason)
+            })),
             Action::FeedHold(on) => {
                 robot.set_feed_hold(on);
                 Ok(None)
@@ -88,7 +92,12 @@ impl Controller {
                 let place = variable.unwrap_or_else(|| change.staged.name().to_string());
                 self.make(change, Then::Resolve { place })
             }
-            Err(error) => self.refuse_action(error),
+            Err(error) if by == By::Owner => self.refuse_action(error),
+            Err(error) => {
+                let context = &mut self.robot.context;
+                context.report(&rules::PANEL_REFUSED, None, &[], error.sentence);
+                Ok(Accepted::Done)
+            }
         }
     }
 
@@ -99,27 +108,11 @@ impl Controller {
         Err(error)
     }
 
-    /// Carries out an action at the panel whose result nobody reads: a refusal becomes a finding.
-    pub(super) fn panel(&mut self, panel: PanelAction) {
-        let what = if let PanelAction::Servo(_) = panel {
-            "servo on"
-        } else if panel == PanelAction::Start {
-            "start"
-        } else {
-            "the deed"
-        };
-        if let Err(reason) = self.do_at_panel(panel) {
-            let message = format!("{what} at the panel had no effect: {reason}");
-            let context = &mut self.robot.context;
-            context.report(&rules::PANEL_REFUSED, None, &[], message);
-        }
-    }
-
     /// # Errors
     /// Why it had no effect.
-    fn do_at_panel(&mut self, panel: PanelAction) -> Result<(), OperateError> {
+    fn do_at_panel(&mut self, panel: &PanelAction) -> Result<(), OperateError> {
         let robot = &mut self.robot;
-        match panel {
+        match *panel {
             PanelAction::Key(key) => return robot.turn_key(key),
             PanelAction::ControlRight(right) => robot.set_control_right(right),
             PanelAction::EmergencyStop(pressed) => robot.set_alarm_cause(alarm::EMERGENCY_STOP, pressed),
@@ -137,7 +130,7 @@ impl Controller {
             PanelAction::RunMode(mode) => return robot.set_run_mode(mode),
             PanelAction::Jog { axis, positive, mode } => robot.jog_by_key(axis, positive, mode)?,
             PanelAction::JogStop => robot.arm.stop_jog(robot.context.now),
-            PanelAction::Keys(figures) => robot.channels.type_keys(&figures),
+            PanelAction::Keys(ref figures) => robot.channels.type_keys(figures),
             PanelAction::PowerCycle => {
                 self.power_off();
                 self.power_on();
@@ -183,7 +176,10 @@ impl Controller {
         let context = &mut self.robot.context;
         context.fault_effects.begin_action(context.now, state);
         match action {
-            ScheduledAction::Panel(panel) => self.panel(panel),
+            ScheduledAction::Panel(panel) => {
+                // By hand there is no error: a refusal is among the findings.
+                let _done = self.act(Action::Panel(panel), By::Hand);
+            }
             // A controller without power raises no alarms.
             ScheduledAction::Alarm(_) if !self.robot.panel.state().powered => {}
             ScheduledAction::Alarm(code) => self.robot.raise(code, "a fault on purpose".to_string()),

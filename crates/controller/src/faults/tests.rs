@@ -506,7 +506,7 @@ fn a_power_cycle_takes_what_waits_and_leaves_what_is_armed() {
     arm(&mut robot, "late-reply:command=SO,delay=5s");
     arm(&mut robot, "ng");
     ask(&mut robot, b"SO", 0);
-    robot.feed(robot.now(), Input::Panel(PanelAction::PowerCycle));
+    robot.feed(robot.now(), Input::by_hand(PanelAction::PowerCycle));
     let later = robot.feed(Time::from_millis(9_000), Input::Tick);
     assert!(!later.iter().any(|output| matches!(output, Output::Send { .. })));
     assert_eq!(robot.faults().reports().count(), 2);

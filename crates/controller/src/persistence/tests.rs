@@ -45,7 +45,7 @@ impl Robot {
             let peer = "a test".to_string();
             robot.feed(Input::Connected { port, peer });
         }
-        robot.feed(Input::Panel(PanelAction::Servo(true)));
+        robot.feed(Input::by_hand(PanelAction::Servo(true)));
         robot.outputs.clear();
         robot
     }
@@ -241,7 +241,7 @@ fn an_action_is_refused_as_one_that_cannot_be_kept() {
     ] {
         let mut robot = Robot::full();
         let before = robot.controller.drive().clone();
-        robot.feed(Input::Action(action.clone()));
+        robot.feed(Input::by_owner(action.clone()));
         let undone = robot.outputs.iter().find_map(|output| match output {
             Output::Event(Event::ActionRefused(refusal)) => Some(refusal),
             _ => None,
@@ -290,7 +290,7 @@ fn day(robot: &mut Robot) -> Vec<Output> {
         Port::Ip0,
         b"\x02FL,B\n\x1a\x03\x02SU\r\x03\x02OK\r\x03\x02ER,A\r\x03",
     );
-    robot.feed(Input::Panel(right));
+    robot.feed(Input::by_hand(right));
     robot.feed_at(Time::from_micros(500_000), Input::Tick);
     robot.bytes(Port::Host, b"\x02DL,C\r\x03");
     robot.feed_at(Time::from_micros(1_000_000), Input::Tick);
@@ -298,7 +298,7 @@ fn day(robot: &mut Robot) -> Vec<Output> {
     // All of it passes the line before this one input.
     robot.feed_at(
         Time::from_micros(2_000_000),
-        Input::Action(Action::EraseFile {
+        Input::by_owner(Action::EraseFile {
             name: "C".to_string(),
         }),
     );

@@ -25,14 +25,9 @@ impl Driver {
     /// Carries out one request for a robot and replies to the caller.
     pub(super) async fn serve_request(&mut self, robot: usize, request: Request) {
         match request {
-            Request::Panel(panel, reply) => {
+            Request::Action(action, by, reply) => {
                 self.clock.note_activity();
-                let result = self.handle(robot, Input::Panel(panel), Side::Host);
-                self.reply(robot, result, Box::new(move |_, view| reply((), view)));
-            }
-            Request::Action(action, reply) => {
-                self.clock.note_activity();
-                let result = self.handle(robot, Input::Action(action), Side::Host);
+                let result = self.handle(robot, Input::Action { action, by }, Side::Host);
                 self.reply(robot, result, reply);
             }
             Request::LinkAction(action, reply) => {
@@ -255,10 +250,10 @@ impl Driver {
         let (faults, servo_on) = (faults.clone(), *servo_on);
         for fault in faults {
             let request = FaultAction::Arm(Box::new(fault));
-            self.feed(robot, Input::Action(Action::Fault(request)));
+            self.feed(robot, Input::by_owner(Action::Fault(request)));
         }
         if servo_on {
-            self.feed(robot, Input::Panel(PanelAction::Servo(true)));
+            self.feed(robot, Input::by_hand(PanelAction::Servo(true)));
         } else {
             self.feed(robot, Input::Tick);
         }

@@ -16,7 +16,7 @@ use std::time::{Duration, Instant};
 use tokio::sync::{OwnedMutexGuard, mpsc, oneshot};
 use ts3100_controller::Controller;
 use ts3100_controller::action::{Action, ActionError};
-use ts3100_controller::input::PanelAction;
+use ts3100_controller::input::By;
 use ts3100_controller::port::Port;
 use ts3100_controller::time::Time;
 
@@ -25,10 +25,8 @@ pub type Reply<T> = Box<dyn FnOnce(T, &View<'_>) + Send>;
 
 /// A request to the driver.
 pub enum Request {
-    /// Does something at the operator panel, as a person who gets no answer.
-    Panel(PanelAction, Reply<()>),
     /// An action on the controller; the reply follows after the action and its immediate effects.
-    Action(Action, Reply<Result<(), ActionError>>),
+    Action(Action, By, Reply<Result<(), ActionError>>),
     /// An action on connections or time, outside of the controller.
     LinkAction(LinkAction, Reply<Result<(), ActionError>>),
     /// Saves, restores or removes a snapshot.

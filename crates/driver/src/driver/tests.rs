@@ -16,7 +16,7 @@ use std::sync::{Arc, Mutex};
 use std::time::{Duration, Instant};
 use tokio::sync::oneshot;
 use ts3100_controller::action::Action;
-use ts3100_controller::input::PanelAction;
+use ts3100_controller::input::{By, PanelAction};
 use ts3100_controller::options::{Config, Dialect};
 use ts3100_controller::{Event, Output, Time};
 use ts3100_proto::parameter::LineEnd;
@@ -48,7 +48,7 @@ impl ActionSource for OnAlarm {
         let name = "NOFILE".to_owned();
         let raised = self.0.swap(false, Ordering::Relaxed);
         raised.then(|| {
-            let select = Input::Action(Action::Select { name });
+            let select = Input::by_owner(Action::Select { name });
             (now, PlannedAction::Input(select))
         })
     }
@@ -343,7 +343,11 @@ fn the_refusal_of_a_scenarios_action_does_not_reach_another_caller() {
         let (done, result) = oneshot::channel();
         let press = Action::Panel(PanelAction::EmergencyStop(true));
         let reply = Box::new(move |result, _: &View<'_>| done.send(result).unwrap());
-        requests.send(Request::Action(press, reply)).await.ok().unwrap();
+        requests
+            .send(Request::Action(press, By::Owner, reply))
+            .await
+            .ok()
+            .unwrap();
         driver.serve(turns()).await;
         assert!(driver.world[FIRST].seat.controller.state().emergency_stop);
         assert!(!raised.load(Ordering::Relaxed), "the action has been taken");
@@ -465,7 +469,7 @@ fn while_a_file_is_being_stored_the_state_can_be_read_and_everything_else_waits_
         let (done, mut result) = oneshot::channel();
         let name = "A".to_owned();
         let reply = Box::new(move |result, _: &View<'_>| done.send(result).unwrap());
-        let erase = Request::Action(Action::EraseFile { name }, reply);
+        let erase = Request::Action(Action::EraseFile { name }, By::Owner, reply);
         requests.send(erase).await.ok().unwrap();
         host.write_all(b"\x02SU\r\x03").unwrap();
         driver.serve(turns()).await;
@@ -503,7 +507,7 @@ async fn begin_wait(driver: &mut Driver, condition: &str, within: Duration) -> o
 }
 
 fn input_line(line: u16, on: bool) -> Input {
-    Input::Panel(PanelAction::InputLine { line, on })
+    Input::by_hand(PanelAction::InputLine { line, on })
 }
 
 #[test]

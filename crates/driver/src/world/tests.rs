@@ -76,7 +76,7 @@ fn world(programs: &[&str]) -> World<Edge> {
 
 fn act(world: &mut World<Edge>, now: Time, robot: usize, words: &str) {
     let action: Action = words.parse().unwrap();
-    let done = world.feed(now, robot, Input::Action(action), Side::Host);
+    let done = world.feed(now, robot, Input::by_owner(action), Side::Host);
     assert_eq!(done, Ok(Accepted::Done), "{words}");
 }
 
@@ -167,7 +167,11 @@ struct OfRobot(usize, Changes);
 
 impl Subscriber for OfRobot {
     fn input(&mut self, at: Time, input: &Input, _by: Side) {
-        if let Input::Panel(PanelAction::InputLine { line, on }) = input {
+        if let Input::Action {
+            action: Action::Panel(PanelAction::InputLine { line, on }),
+            ..
+        } = input
+        {
             self.1.0.lock().unwrap().push((self.0, at, *line, *on));
         }
     }
@@ -262,7 +266,7 @@ impl ActionSource for Together {
 
     fn take_due(&mut self, now: Time) -> Option<(Time, PlannedAction)> {
         let action = self.1.pop_front_if(|_| self.0 <= now)?.parse().unwrap();
-        Some((self.0, PlannedAction::Input(Input::Action(action))))
+        Some((self.0, PlannedAction::Input(Input::by_owner(action))))
     }
 }
 
@@ -332,10 +336,10 @@ fn while_one_stores_something_every_input_waits_and_is_answered_then() {
     world.join(vec![wire(line(0, 5), line(1, 7))]);
     // What is due before an input is stored first.
     let name = "NOFILE".to_owned();
-    let select = Input::Action(Action::Select { name });
+    let select = Input::by_owner(Action::Select { name });
     let refused = world.feed(ms(8), 1, select, Side::Host);
     assert_eq!(refused, Ok(Accepted::Pending));
-    let output = Input::Action("output 6 on".parse().unwrap());
+    let output = Input::by_owner("output 6 on".parse().unwrap());
     let later = world.feed(ms(9), 0, output, Side::Host);
     assert_eq!(later, Ok(Accepted::Pending));
     assert!(world.is_storing() && world.has_waiting_inputs());

@@ -11,7 +11,7 @@ use std::thread::{self, Thread};
 use std::time::{Duration, Instant};
 use tokio::sync::oneshot;
 use ts3100_controller::faults::{Fault, FaultAction, FaultReport};
-use ts3100_controller::input::JogMode;
+use ts3100_controller::input::{By, JogMode};
 use ts3100_controller::panel::PanelState;
 use ts3100_controller::queries::VariableView;
 use ts3100_controller::signals::Signals;
@@ -158,7 +158,11 @@ impl Emulator {
     /// # Errors
     /// [`Error::Refused`] with the reason, or [`Error::Ended`].
     pub fn act(&self, action: Action) -> Result<(), Error> {
-        self.change(|reply| Request::Action(action, Box::new(move |result, _| reply(result))))
+        self.act_by(By::Owner, action)
+    }
+
+    fn act_by(&self, by: By, action: Action) -> Result<(), Error> {
+        self.change(|reply| Request::Action(action, by, Box::new(move |result, _| reply(result))))
     }
 
     fn change(
@@ -179,7 +183,7 @@ impl Emulator {
     /// # Errors
     /// [`Error::Ended`].
     pub fn panel(&self, panel: PanelAction) -> Result<(), Error> {
-        self.request(|reply| Request::Panel(panel, Box::new(move |(), _: &View<'_>| reply(()))))
+        self.act_by(By::Hand, Action::Panel(panel))
     }
 
     /// Arms a fault; `spec` has the form of `--fault`.

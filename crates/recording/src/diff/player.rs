@@ -90,7 +90,7 @@ impl Player {
             },
         };
         if candidate.servo_on {
-            player.feed(Input::Panel(PanelAction::Servo(true)));
+            player.feed(Input::by_hand(PanelAction::Servo(true)));
         }
         player
     }
@@ -152,8 +152,8 @@ impl Player {
             RecordKind::Connected { line, peer } => self.connect(*line, peer),
             RecordKind::FromHost { line, bytes } => self.receive(*line, bytes),
             RecordKind::Ended { line, .. } => self.disconnect(*line),
-            RecordKind::Action(Action::Panel(panel)) => self.feed(Input::Panel(panel.clone())),
-            RecordKind::Action(action) => self.feed(Input::Action(action.clone())),
+            RecordKind::Action(Action::Panel(panel)) => self.feed(Input::by_hand(panel.clone())),
+            RecordKind::Action(action) => self.feed(Input::by_owner(action.clone())),
             RecordKind::Link(edge) => self.apply_link_record(edge),
             RecordKind::FromRobot { .. } | RecordKind::Remark(_) => {}
         }

@@ -123,7 +123,7 @@ impl Real {
     }
 
     fn panel(&mut self, panel: PanelAction) {
-        self.feed(Input::Panel(panel), Side::Host);
+        self.feed(Input::by_hand(panel), Side::Host);
     }
 }
 

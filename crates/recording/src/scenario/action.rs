@@ -62,9 +62,9 @@ impl ScenarioAction {
             _ => {
                 let action = action(words)?;
                 PlannedAction::Input(if let Action::Panel(panel) = action {
-                    Input::Panel(panel)
+                    Input::by_hand(panel)
                 } else {
-                    Input::Action(action)
+                    Input::by_owner(action)
                 })
             }
         };
@@ -76,7 +76,7 @@ impl ScenarioAction {
     pub(super) fn at_panel(panel: PanelAction) -> ScenarioAction {
         ScenarioAction {
             words: panel.to_string(),
-            action: PlannedAction::Input(Input::Panel(panel)),
+            action: PlannedAction::Input(Input::by_hand(panel)),
         }
     }
 }

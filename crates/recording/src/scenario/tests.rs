@@ -461,7 +461,7 @@ fn a_fault_keeps_the_number_it_is_armed_with() {
 fn what_holds_in_a_snapshot_has_not_come() {
     let mut step = Stage::new("[[never]]\nwhat = \"input 9 on\"\n");
     let mut other = step.seat.controller.clone();
-    let on = Input::Panel(ts3100_controller::PanelAction::InputLine { line: 9, on: true });
+    let on = Input::by_hand(ts3100_controller::PanelAction::InputLine { line: 9, on: true });
     let _refusal_is_an_event = other.handle(other.now(), on);
     while other.poll_output().is_some() {}
     step.replace_controller(other);
@@ -528,7 +528,7 @@ struct FeedHolds(Arc<AtomicU32>);
 
 impl Subscriber for FeedHolds {
     fn input(&mut self, _at: Time, input: &Input, _by: Side) {
-        let pressed = *input == Input::Panel(ts3100_controller::PanelAction::FeedHold);
+        let pressed = *input == Input::by_hand(ts3100_controller::PanelAction::FeedHold);
         self.0.fetch_add(u32::from(pressed), Ordering::Relaxed);
     }
 }

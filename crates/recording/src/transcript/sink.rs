@@ -9,7 +9,7 @@ use std::collections::BTreeSet;
 use std::sync::Arc;
 use std::time::Duration;
 use ts3100_controller::output::DisconnectMode;
-use ts3100_controller::{Action, Config, Controller, Dialect, Event, Input, Output, Port, Time};
+use ts3100_controller::{Config, Controller, Dialect, Event, Input, Output, Port, Time};
 use ts3100_driver::files::PathError;
 use ts3100_driver::seat::{Notice, Subscriber};
 use ts3100_proto::calendar::CalendarTime;
@@ -64,8 +64,7 @@ impl Observer {
                     },
                 }
             }
-            Input::Panel(panel) => RecordKind::Action(Action::Panel(panel)),
-            Input::Action(action) => RecordKind::Action(action),
+            Input::Action { action, .. } => RecordKind::Action(action),
         })
     }
 

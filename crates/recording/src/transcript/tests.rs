@@ -281,7 +281,7 @@ fn what_nobody_is_there_to_receive_is_not_in_a_transcript() {
 fn what_is_kept_begins_anew_with_a_reset() {
     let controller = Controller::new(Config::new(Dialect::Field), Vec::new()).unwrap();
     let calendar = None;
-    let servo = |on| Input::Panel(PanelAction::Servo(on));
+    let servo = |on| Input::by_hand(PanelAction::Servo(on));
     for restored in [None, Some(&controller)] {
         let mut sink = TranscriptSink::create(sample_header(), &[], Some(100), restored).unwrap();
         sink.input(Time::from_millis(10), &servo(true), Side::Host);

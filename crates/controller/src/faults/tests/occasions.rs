@@ -80,7 +80,7 @@ impl Day {
             ControlRight::Ether
         };
         for panel in [PanelAction::Key(KeySwitch::Ext), PanelAction::ControlRight(right)] {
-            self.robot.feed(self.robot.now(), Input::Panel(panel));
+            self.robot.feed(self.robot.now(), Input::by_hand(panel));
         }
         for row in COMMANDS {
             if !matches!(row.letters, "FL" | "OK" | "NG" | "DL") {

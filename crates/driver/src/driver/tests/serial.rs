@@ -28,7 +28,7 @@ fn the_host_of_a_serial_line_stays_connected_when_a_snapshot_brings_the_power_ba
         let _host = TcpStream::connect(serial_address(&driver, Port::Host)).unwrap();
         serve_until(&mut driver, |driver| peer(driver).is_some()).await;
         let (connected, next) = (peer(&driver), driver.world[FIRST].seat.controller.clone());
-        driver.feed(FIRST, Input::Action(Action::PowerOff));
+        driver.feed(FIRST, Input::by_owner(Action::PowerOff));
         assert_eq!(peer(&driver), None);
         restore(&mut driver, next).await;
         assert_eq!(peer(&driver), connected);

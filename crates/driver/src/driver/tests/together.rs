@@ -91,7 +91,7 @@ impl ActionSource for Alarms {
         let raise = "alarms raise 1-102".parse().unwrap();
         (at <= now).then(|| {
             self.0 = at + self.1;
-            (at, PlannedAction::Input(Input::Action(raise)))
+            (at, PlannedAction::Input(Input::by_owner(raise)))
         })
     }
 }
@@ -106,7 +106,7 @@ impl ActionSource for Planned {
 
     fn take_due(&mut self, now: Time) -> Option<(Time, PlannedAction)> {
         let action = self.1.pop_front_if(|_| self.0 <= now)?.parse().unwrap();
-        Some((self.0, PlannedAction::Input(Input::Action(action))))
+        Some((self.0, PlannedAction::Input(Input::by_owner(action))))
     }
 }
 
@@ -115,7 +115,11 @@ struct Changes(std::sync::mpsc::Sender<Time>);
 
 impl Subscriber for Changes {
     fn input(&mut self, at: Time, input: &Input, _by: Side) {
-        if let Input::Panel(PanelAction::InputLine { .. }) = input {
+        if let Input::Action {
+            action: Action::Panel(PanelAction::InputLine { .. }),
+            ..
+        } = input
+        {
             self.0.send(at).unwrap();
         }
     }
@@ -176,7 +180,7 @@ async fn ask(requests: &Requests, request: impl FnOnce(Box<dyn FnOnce() + Send>)
 async fn set_output(requests: &Requests, on: bool) {
     let action = Action::SetOutput { line: 5, on };
     ask(requests, |done| {
-        Request::Action(action, Box::new(move |_, _| done()))
+        Request::Action(action, By::Owner, Box::new(move |_, _| done()))
     })
     .await;
 }
@@ -226,7 +230,7 @@ fn an_action_is_answered_although_what_was_due_before_it_has_to_be_stored() {
                 let (done, result) = oneshot::channel();
                 let name = "NOFILE".to_owned();
                 let reply = Box::new(move |result, _: &View<'_>| done.send(result).unwrap());
-                let select = Request::Action(Action::Select { name }, reply);
+                let select = Request::Action(Action::Select { name }, By::Owner, reply);
                 requests.of(robot).send(select).await.unwrap();
                 // The first alarm is due before the first step.
                 let mut refused = None;
@@ -277,7 +281,7 @@ fn who_sets_an_outside_line_is_told_when_what_a_program_does_then_is_stored() {
             setup.controller.persist_outside(true);
             setup.backing = Some(Backing::new(store, WhenFull::Refuse));
         });
-        driver.feed(robot, Input::Action("program start".parse().unwrap()));
+        driver.feed(robot, Input::by_owner("program start".parse().unwrap()));
         let release = keep_disk_busy(&driver, robot);
         driver.join(vec![wire(WireEnd::Outside("lid".to_owned()))]);
         let level = || {

@@ -169,7 +169,7 @@ fn bytes_injected_without_a_peer_are_no_connection() {
         real.texts(&["SO", "RN"]);
         real.send(Port::Ip1, b"7\r");
         real.texts(&["SF", "OK"]);
-        real.feed(Input::Panel(PanelAction::PowerCycle), Side::Host);
+        real.feed(Input::by_hand(PanelAction::PowerCycle), Side::Host);
         if !peer {
             // The recorder of these tests ends IP1 as well, which was not there.
             real.recording.records.pop();

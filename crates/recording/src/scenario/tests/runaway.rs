@@ -8,7 +8,7 @@ fn steps_that_bring_each_other_about_end_the_scenario_not_the_robot() {
         [[do]]\nwhen = \"servo off\"\ntimes = 0\nactions = [\"servo on\"]\n\
         [[do]]\nwhen = \"input 9 on\"\ntimes = 0\nactions = [\"input 10 on\", \"input 9 off\"]\n";
     let mut step = Stage::new(text);
-    let on = || Input::Panel(ts3100_controller::PanelAction::InputLine { line: 9, on: true });
+    let on = || Input::by_hand(ts3100_controller::PanelAction::InputLine { line: 9, on: true });
     step.step(Time::ZERO, on());
     assert!(step.seat.controller.signals().input(10));
     step.host("SO");
