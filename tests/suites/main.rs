@@ -47,6 +47,7 @@ mod pass_and_pause;
 mod permissions;
 mod polling_independence;
 mod ports;
+mod power;
 mod print_input;
 mod programs;
 mod prose;

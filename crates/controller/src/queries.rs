@@ -116,12 +116,16 @@ impl Controller {
         self.robot.status_frame(asked)
     }
 
-    /// Nothing runs, nothing moves, and no host is owed or owes anything.
+    /// Nothing runs, nothing moves, and no host is owed or owes anything: an answer that waits for the disk, or that a
+    /// fault delays, is still to come.
     pub fn is_idle(&self) -> bool {
-        let mut sessions = self.endpoints.sessions.values();
+        let endpoints = &self.endpoints;
+        let is_owed = |port: &Port| endpoints.send_queue.waiting(*port).0 > 0;
         self.status() != ExecutionStatus::Running
             && !self.robot.arm.is_moving()
-            && !sessions.any(Session::awaits_host)
+            && !self.robot.persistence.is_waiting()
+            && !endpoints.sessions.values().any(Session::awaits_host)
+            && !endpoints.sessions.keys().any(is_owed)
     }
 
     /// The main program, its tasks, and the statement of DO.

@@ -176,12 +176,13 @@ impl Controller {
         let context = &mut self.robot.context;
         context.fault_effects.begin_action(context.now, state);
         match action {
+            // A controller without power raises no alarms, and has none to lose.
+            ScheduledAction::Alarm(_) | ScheduledAction::Panel(PanelAction::PowerCycle)
+                if !self.robot.panel.state().powered => {}
             ScheduledAction::Panel(panel) => {
                 // By hand there is no error: a refusal is among the findings.
                 let _done = self.act(Action::Panel(panel), By::Hand);
             }
-            // A controller without power raises no alarms.
-            ScheduledAction::Alarm(_) if !self.robot.panel.state().powered => {}
             ScheduledAction::Alarm(code) => self.robot.raise(code, "a fault on purpose".to_string()),
         }
         // Before the command that meets the fault is served: an extension command ends the SP of its host.

@@ -148,7 +148,8 @@ impl Robot {
         if !self.panel.state().powered {
             return;
         }
-        self.interrupt(StopCause::Host);
+        // No host learns of the stop: the connections end with the power.
+        self.servo_off(StopCause::Host);
         self.panel.power_off(self.context.now);
         self.arm.power_off(self.context.now);
         self.signals.clear_outputs();

@@ -118,7 +118,9 @@ fn a_download_is_answered_when_it_is_kept() {
         content: Some(b"NEW\n".as_slice().into())
     }));
     assert_eq!(robot.file("A"), b"OLD\n");
+    assert!(!robot.controller.is_idle(), "the host is owed an OK");
     robot.feed(Input::Persisted(Ok(())));
+    assert!(robot.controller.is_idle());
     assert_eq!(robot.file("A"), b"NEW\n");
     assert_eq!(robot.sent(Port::Ip0), " OK  ");
     // An answer to nothing is none.
