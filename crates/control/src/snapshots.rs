@@ -146,19 +146,12 @@ pub async fn get_named(scope: Scope, Path(name): Path<String>) -> Result<impl In
 /// `serve --restore` accepts it. Of several robots: one file with the state of each.
 #[utoipa::path(get, path = "/snapshot", responses((status = 200, description = "The content of a snapshot file.", body = serde_json::Value)))]
 pub async fn get_snapshot(scope: Scope) -> Result<impl IntoResponse, Problem> {
-    let states = match &scope {
-        Scope::One(handle) => {
-            let state = handle.query(|view| view.controller.clone()).await?;
-            vec![(String::new(), state)]
-        }
-        Scope::All(_) => {
-            let together = Together::gather(scope.started()?).await?;
-            let views = together.views();
-            views
-                .map(|(name, view)| (name.to_owned(), view.controller.clone()))
-                .collect()
-        }
-    };
+    // Also of one robot: while its loop pauses, nothing is being stored.
+    let together = Together::gather(scope.started()?).await?;
+    let views = together.views();
+    let states: Vec<(String, Controller)> = views
+        .map(|(name, view)| (name.to_owned(), view.controller.clone()))
+        .collect();
     Ok(snapshot_file(&scope, &states))
 }
 

@@ -45,7 +45,7 @@ pub const SNAPSHOT_FORMAT: &str = "ts3100-snapshot";
 /// Version of the snapshots that this version writes and reads. A field more or less is another version.
 pub const SNAPSHOT_VERSION: u32 = 1;
 
-/// Head of every snapshot, read before the rest is believed to be one.
+/// Head of every snapshot: the rest is parsed only if it says so.
 #[derive(Debug, Clone, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 pub struct SnapshotHeader {
     /// [`SNAPSHOT_FORMAT`].
@@ -107,8 +107,13 @@ impl Snapshot {
 }
 
 impl Controller {
-    /// A snapshot of this controller.
+    /// A snapshot of this controller. Take it while no change of a file waits for its storage: the form has no place for
+    /// what is left to do then.
     pub fn snapshot(&self) -> Snapshot {
+        debug_assert!(
+            !self.robot.persistence.is_waiting() && self.deferred.is_none(),
+            "a snapshot while a change of a file is being stored"
+        );
         let (channels, keys, pendant) = self.robot.channels.saved();
         Snapshot {
             format: SNAPSHOT_FORMAT.to_string(),

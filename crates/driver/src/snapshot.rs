@@ -6,6 +6,7 @@
 use crate::files::{self, PathError, cannot};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
+use std::fmt;
 use std::path::{Path, PathBuf};
 use ts3100_controller::{Controller, Snapshot, SnapshotError, SnapshotHeader};
 
@@ -215,7 +216,7 @@ impl SnapshotStore {
         match task {
             SnapshotTask::Save(name) => self.check_new(name),
             SnapshotTask::Restore(name) | SnapshotTask::Remove(name) => self.get(name).map(drop),
-            SnapshotTask::Replace(_) => Ok(()),
+            SnapshotTask::Replace(_) | SnapshotTask::Copy(_) => Ok(()),
         }
     }
 
@@ -311,6 +312,17 @@ pub enum SnapshotTask {
     Replace(Box<Controller>),
     /// Remove the snapshot with this name.
     Remove(String),
+    /// Hand a copy of the current state to the caller.
+    Copy(CopyOfState),
+}
+
+/// Takes a copy of a state, in which no change of a file waits.
+pub struct CopyOfState(pub Box<dyn FnOnce(Controller) + Send>);
+
+impl fmt::Debug for CopyOfState {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str("CopyOfState")
+    }
 }
 
 #[cfg(test)]

@@ -66,7 +66,7 @@ use ts3100_driver::driver::request::{Request, Requests};
 pub use ts3100_driver::serial::SerialEndpoint;
 use ts3100_driver::snapshot;
 pub use ts3100_driver::snapshot::SnapshotRequestError;
-use ts3100_driver::snapshot::SnapshotTask;
+use ts3100_driver::snapshot::{CopyOfState, SnapshotTask};
 pub use ts3100_proto::command::Number;
 pub use ts3100_proto::command::RunMode;
 pub use ts3100_proto::status::{ExecutionStatus, MasterMode};
@@ -388,8 +388,13 @@ impl Emulator {
     /// # Errors
     /// [`SnapshotRequestError`].
     pub fn write_snapshot(&self, path: &Path) -> Result<(), SnapshotRequestError> {
-        let controller = self.read(Controller::clone);
-        let controller = controller.map_err(|_| SnapshotRequestError::Busy)?;
+        let (sender, receiver) = std::sync::mpsc::channel();
+        let taker = CopyOfState(Box::new(move |state| {
+            // Fails only when nobody waits for the copy.
+            let _ = sender.send(state);
+        }));
+        self.request_snapshot(SnapshotTask::Copy(taker))?;
+        let controller = receiver.recv().map_err(|_| SnapshotRequestError::Busy)?;
         Ok(snapshot::write(path, snapshot::States::One(&controller))?)
     }
 

@@ -50,6 +50,10 @@ impl Driver {
             }
             SnapshotTask::Replace(controller) => self.replace_controller(robot, *controller).await,
             SnapshotTask::Remove(name) => Ok(edge.snapshots.remove(&name)?),
+            SnapshotTask::Copy(taker) => {
+                (taker.0)(seat.controller.clone());
+                Ok(())
+            }
         }
     }
 
