@@ -79,6 +79,11 @@ impl Controller {
         let settled = self.advance_to(now);
         // Something that was due has changed a file. The input belongs after that, so it waits for the same answer.
         if self.robot.persistence.is_waiting() {
+            debug_assert!(
+                self.deferred.is_none(),
+                "two inputs wait: {:?}, {input:?}",
+                self.deferred
+            );
             self.deferred = Some(Box::new((now, input)));
             return Ok(Accepted::Pending);
         }
@@ -100,12 +105,12 @@ impl Controller {
             Input::SerialOpened { port, host } => endpoints.line_opened(port, host),
             Input::SerialPurged { port } => endpoints.purge_line(&mut robot.context, port),
             Input::SerialErrors { port, bytes } => {
-                let heard = endpoints.line_faults(&mut robot.context, port, bytes.into());
-                self.hear(port, heard);
+                let received = endpoints.line_faults(&mut robot.context, port, bytes.into());
+                self.received_from_line(port, received);
             }
             Input::Received { port, bytes } if port.ethernet_index().is_none() => {
-                let heard = endpoints.take_from_host(&mut robot.context, port, bytes);
-                self.hear(port, heard);
+                let received = endpoints.take_from_host(&mut robot.context, port, bytes);
+                self.received_from_line(port, received);
             }
             Input::Received { port, bytes } => {
                 let now = robot.context.now;

@@ -16,7 +16,7 @@ use ts3100_proto::status::ca::DirectoryEntry;
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum PersistError {
     /// Another input came instead of the answer.
-    #[error("nobody has answered")]
+    #[error("no answer came before the next input")]
     NoAnswer,
     /// Its own reason.
     #[error("{0}")]

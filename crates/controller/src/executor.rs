@@ -273,7 +273,7 @@ impl Executor {
         self.operation.state() == RunState::Reset
     }
 
-    /// The program, which does not run, stands at this place from now on.
+    /// The program stands at this place from now on, whether it ran or not.
     pub(crate) fn stand(&mut self, place: Standstill) {
         self.operation.stand(place);
         self.run_shown_until = None;

@@ -2,8 +2,8 @@
 //!
 //! Each kind of fault is a file in `kinds`, after the description in `kind`. `spec` parses and writes faults, and
 //! `reachability` rejects one that can never fire. `causes` says which findings a fault causes, and `effects` remembers what
-//! has fired. `crate::endpoint::filters` asks at each site, performs what a fault does to the machine, and sends what it
-//! sends later.
+//! has fired. `crate::endpoint::filters` asks at each site and sends the bytes of a fault; `crate::controller::owner` performs
+//! the actions on the machine.
 //!
 //! ```
 //! use ts3100_controller::{Config, Controller, Dialect, Input, Time};
@@ -209,7 +209,7 @@ impl Faults {
             check(found <= most, place, &expected, found)
         };
         at_most("faults.reports", self.reports.len(), MAX_FAULTS)?;
-        at_most("faults.strikes", self.scheduled.len(), MAX_SCHEDULED_ACTIONS)?;
+        at_most("faults.scheduled", self.scheduled.len(), MAX_SCHEDULED_ACTIONS)?;
         let ids: Vec<u32> = self.reports.iter().map(|report| report.fault.id).collect();
         let rise = ids.first() != Some(&0) && ids.is_sorted_by(|one, other| one < other);
         let (place, found) = ("faults.reports", format!("{ids:?}"));

@@ -47,7 +47,7 @@ pub enum Input {
     SerialErrors {
         /// The port.
         port: Port,
-        /// Them, as read.
+        /// The bytes as received.
         bytes: Vec<u8>,
     },
     /// The peer is gone.

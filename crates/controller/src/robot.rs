@@ -53,7 +53,7 @@ pub(crate) struct Robot {
     pub(crate) parameters: Parameters,
     pub(crate) maintenance: MaintenanceCounters,
     pub(crate) persistence: Persistence,
-    /// Taken by `Endpoints::settle`; empty between two inputs.
+    /// Taken by `Controller::take_notices`; empty between two inputs.
     pub(crate) notices: Vec<RunNotice>,
 }
 

@@ -49,7 +49,7 @@ impl Serialize for AlarmCode {
 impl<'de> Deserialize<'de> for AlarmCode {
     fn deserialize<D: Deserializer<'de>>(from: D) -> Result<AlarmCode, D::Error> {
         let number = String::deserialize(from)?;
-        // Files of earlier versions have the numbers that were replaced since.
+        // Recordings of others may have a number that the table of today replaces.
         let current = AlarmCode::replacement(&number).unwrap_or(&number);
         AlarmCode::from_number(current).ok_or_else(|| {
             D::Error::custom(format!(

@@ -3,7 +3,7 @@
 
 use crate::controller::Controller;
 use crate::endpoint::exchange::PortEvent;
-use crate::endpoint::serial_lines::Heard;
+use crate::endpoint::serial_lines::LineBytes;
 use crate::finding::rules;
 use crate::port::Port;
 use crate::time::Time;
@@ -129,9 +129,9 @@ impl Controller {
         }
     }
 
-    /// Takes what was heard on a serial line.
-    pub(super) fn hear(&mut self, port: Port, heard: Option<Heard>) {
-        if let Some((bytes, at)) = heard {
+    /// Passes on the bytes that a serial line has brought.
+    pub(super) fn received_from_line(&mut self, port: Port, received: Option<LineBytes>) {
+        if let Some((bytes, at)) = received {
             self.received(port, at, &bytes);
         }
     }
@@ -139,8 +139,8 @@ impl Controller {
     /// Receives the characters that have passed the serial lines by now from the hosts.
     pub(super) fn receive_from_lines(&mut self) {
         for port in Port::SERIAL {
-            let (heard, gone) = self.endpoints.take_passed(&mut self.robot.context, port);
-            self.hear(port, heard);
+            let (received, gone) = self.endpoints.take_passed(&mut self.robot.context, port);
+            self.received_from_line(port, received);
             // A change that its last text has asked for comes first.
             if gone && !self.robot.persistence.is_waiting() {
                 self.replace_peer(port);

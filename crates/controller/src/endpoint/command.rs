@@ -25,6 +25,11 @@ impl Endpoints {
             ..
         } = asked;
         let port = *port;
+        debug_assert!(
+            !matches!(outcome, Outcome::Change(_)),
+            "{}: answered before its change is made",
+            command.letters()
+        );
         let verdict = match &outcome {
             Outcome::Ng(reason) if reason.is_not_valid() => Verdict::NotValid,
             Outcome::Ng(reason) => {

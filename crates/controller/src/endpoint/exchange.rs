@@ -79,7 +79,7 @@ impl Endpoints {
         };
         if port.protocol().is_some() {
             let session = self.session(port);
-            session.heard_at = at;
+            session.received_at = at;
             session.decoder.push(&came);
         }
         Some(came)
@@ -190,7 +190,7 @@ impl Endpoints {
     /// Whether a text came within 50 ms of the robot's last one (TRN-04).
     fn is_early(&mut self, context: &mut Context, port: Port, data: &Bytes) -> bool {
         let session = self.session(port);
-        // What has not left yet was not heard by anyone.
+        // A text that has not left yet has reached no host.
         let sent = session.sent_at.filter(|sent| *sent <= context.now);
         let since = sent.map(|sent| context.now.since(sent));
         let Some(since) = since.filter(|since| *since < HOST_DELAY) else {

@@ -163,7 +163,7 @@ impl Endpoints {
         }
     }
 
-    /// A peer came or is gone: nothing waits to be sent to it, and what befell the former one is over.
+    /// A peer came or is gone: nothing waits to be sent to it, and the faults of the previous one are over.
     pub(crate) fn forget_peer(&mut self, port: Port) {
         self.send_queue.clear(port);
         self.faults.forget_peer(port);

@@ -1,7 +1,7 @@
 //! The serial ports HOST and COM1 with the settings of \[U06\] (SER-01, SER-02): received bytes pass the line one character at
 //! a time, garbled where the settings of both ends differ, lost where HOST is half-duplex (2.2.2).
 //!
-//! The line itself is `serial_line`. `exchange` gets the characters that passed. Ethernet does not pass here.
+//! The line itself is `serial_line`. `controller::texts` gets the characters that passed. Ethernet does not pass here.
 
 use crate::context::Context;
 use crate::endpoint::Endpoints;
@@ -20,7 +20,7 @@ use bytes::Bytes;
 use ts3100_proto::parameter::SerialSettings;
 
 /// Bytes off a line, and when the last of them had passed.
-pub(crate) type Heard = (Bytes, Time);
+pub(crate) type LineBytes = (Bytes, Time);
 
 impl Endpoints {
     /// How many bytes a serial line takes now without losing any: an edge that reads no more than this from its
@@ -65,7 +65,7 @@ impl Endpoints {
         context: &mut Context,
         port: Port,
         bytes: Bytes,
-    ) -> Option<Heard> {
+    ) -> Option<LineBytes> {
         let now = context.now;
         let (own, line) = self.line(port)?;
         let Some(far) = line.host_settings(own) else {
@@ -80,7 +80,7 @@ impl Endpoints {
         }
         let read = receive_unpaced(&bytes, far, own).into_iter();
         let arrivals = read.map(|character| Arrival::new(character, now, now));
-        self.hear(context, port, arrivals.collect())
+        self.receive(context, port, arrivals.collect())
     }
 
     fn push_inbound(&mut self, context: &mut Context, port: Port, bytes: &[u8], far: SerialSettings) {
@@ -115,7 +115,7 @@ impl Endpoints {
     }
 
     /// The characters that have passed by now from a host, and whether they were the last of one that has left.
-    pub(crate) fn take_passed(&mut self, context: &mut Context, port: Port) -> (Option<Heard>, bool) {
+    pub(crate) fn take_passed(&mut self, context: &mut Context, port: Port) -> (Option<LineBytes>, bool) {
         let now = context.now;
         let Some((own, line)) = self.line(port) else {
             return (None, false);
@@ -130,7 +130,7 @@ impl Endpoints {
         } else {
             (line.inbound.take(now, own), false)
         };
-        (self.hear(context, port, arrivals), gone)
+        (self.receive(context, port, arrivals), gone)
     }
 
     /// Resets a serial line whose host is gone. Bytes that the host has put on the line stay there.
@@ -198,14 +198,19 @@ impl Endpoints {
         }
     }
 
-    /// The bytes that are heard of characters that have passed, with the moment of the last.
-    fn hear(&mut self, context: &mut Context, port: Port, mut arrivals: Vec<Arrival>) -> Option<Heard> {
+    /// The bytes of the characters that have passed, with the moment of the last.
+    fn receive(
+        &mut self,
+        context: &mut Context,
+        port: Port,
+        mut arrivals: Vec<Arrival>,
+    ) -> Option<LineBytes> {
         if arrivals.is_empty() {
             return None;
         }
         let half_duplex = self.is_half_duplex(context, port);
         let keeps = context.config.options.bad_character == BadCharacter::Keep;
-        let (mut heard, mut heard_at, mut bad, mut lost) = (Vec::new(), None, Vec::new(), 0);
+        let (mut received, mut received_at, mut bad, mut lost) = (Vec::new(), None, Vec::new(), 0);
         let bytes: Vec<u8> = arrivals.iter().map(|arrival| arrival.character.byte).collect();
         if let Some(place) = self.parity_error(context, port, &bytes)
             && let Some(arrival) = arrivals.get_mut(place)
@@ -221,9 +226,9 @@ impl Endpoints {
             match arrival.character.fault {
                 Some(fault) if !keeps => bad.push(fault.description()),
                 _ => {
-                    heard.push(arrival.character.byte);
+                    received.push(arrival.character.byte);
                     // A lost or bad character does not restart the 10 s between characters (SER-06).
-                    heard_at = Some(arrival.end);
+                    received_at = Some(arrival.end);
                 }
             }
         }
@@ -236,11 +241,11 @@ impl Endpoints {
         if lost > 0 {
             self.lost_while_sending(context, port, lost);
         }
-        Some((heard.into(), heard_at?))
+        Some((received.into(), received_at?))
     }
 
     /// Bytes off a real line, whose port has found no error; a parity error on purpose drops a character all the same.
-    fn take_from_device(&mut self, context: &mut Context, port: Port, mut bytes: Bytes) -> Heard {
+    fn take_from_device(&mut self, context: &mut Context, port: Port, mut bytes: Bytes) -> LineBytes {
         let keeps = context.config.options.bad_character == BadCharacter::Keep;
         if let Some(place) = self.parity_error(context, port, &bytes)
             && !keeps
@@ -279,8 +284,13 @@ impl Endpoints {
         }
     }
 
-    /// Characters came with a parity or framing error that the line itself brought. Returns those that are heard.
-    pub(crate) fn line_faults(&mut self, context: &mut Context, port: Port, bytes: Bytes) -> Option<Heard> {
+    /// Characters came with a parity or framing error that the line itself brought. Returns those that reach the port.
+    pub(crate) fn line_faults(
+        &mut self,
+        context: &mut Context,
+        port: Port,
+        bytes: Bytes,
+    ) -> Option<LineBytes> {
         let own = self.settings.get(&port).copied()?;
         let message = format!(
             "characters come with parity or framing errors: the host's port is not set to {}, as [U06] says, or the \

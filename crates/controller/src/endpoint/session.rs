@@ -54,7 +54,7 @@ pub struct Session {
     /// Form of the host's last text; answers take the same.
     pub framing: Framing,
     /// When the last byte came.
-    pub heard_at: Time,
+    pub received_at: Time,
     /// When the last text was sent.
     pub sent_at: Option<Time>,
     /// When OK or NG was last sent: texts the host does not acknowledge.
@@ -90,7 +90,7 @@ impl Session {
             joiner: MessageJoiner::default(),
             exchange: Exchange::Idle,
             framing: Framing::Stx,
-            heard_at: Time::ZERO,
+            received_at: Time::ZERO,
             sent_at: None,
             replied_at: None,
             waiting_sp: false,
@@ -150,11 +150,13 @@ impl Session {
     pub fn deadline(&self) -> Option<Time> {
         // First: in an open exchange, too, 250 ms are enough to see whether ETX follows the CR (T6.3).
         if self.decoder.awaits_etx() {
-            return Some(self.heard_at + TEXT_END_WAIT);
+            return Some(self.received_at + TEXT_END_WAIT);
         }
         // On a paced line `sent_at` is when the last character of the answer is out: the host has its full 10 s from
         // there.
-        let since = self.sent_at.map_or(self.heard_at, |sent| sent.max(self.heard_at));
+        let since = self
+            .sent_at
+            .map_or(self.received_at, |sent| sent.max(self.received_at));
         self.awaits_host().then(|| since + HOST_TIMEOUT)
     }
 

@@ -66,6 +66,8 @@ impl Operation {
 
     /// The program runs, or goes on.
     pub(crate) fn start(&mut self) {
+        // A start would forget who wanted the program to stop.
+        debug_assert!(!self.is_running(), "{:?} becomes Running", self.state);
         self.state = RunState::Running { stop: None };
     }
 

@@ -1,7 +1,7 @@
 //! Which faults have fired and can still cause findings.
 //!
 //! [`FaultEffects`] notes what fired where, and forgets it as soon as the host can do everything right again.
-//! `Robot::report` asks it for each finding. What each kind can cause is the table in `causes`.
+//! `Context::report` asks it for each finding. What each kind can cause is the table in `causes`.
 
 use super::Fault;
 use super::causes::{CAUSES, CauseRow, Reach};

@@ -1,6 +1,6 @@
 //! A SCOL channel: the ring buffer between a port and INPUT, and the parsing of values (NPC-01, INP-01 to INP-17, D10).
 //!
-//! `executor::requests` decides what INPUT does with the values.
+//! `robot::requests` decides what INPUT does with the values.
 
 use crate::limits::RING_BUFFER;
 use crate::options::Malformed;

@@ -1,7 +1,7 @@
 //! The buffers of PRINT and INPUT: the ring buffer of each channel, the figures typed at the teach pendant, and the text
 //! shown on it.
 //!
-//! `channel` has a single ring buffer with its values; `executor::requests` uses them for PRINT and INPUT.
+//! `channel` has a single ring buffer with its values; `robot::requests` uses them for PRINT and INPUT.
 
 use super::channel::Channel;
 use crate::limits::PENDANT_TEXT;

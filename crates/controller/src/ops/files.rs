@@ -1,4 +1,4 @@
-//! UL DL ER CA: the files of the RAM drive. The end of a download is in `endpoint::download`.
+//! UL DL ER CA: the files of the RAM drive. The end of a download is in `controller::commands`.
 
 use super::CommandContext;
 use crate::drive::{Drive, Staged};

@@ -1,6 +1,6 @@
 //! RN SP BR SO FD EC DO IW WD: the commands that move the robot, stop it, set its lines, or watch over its host.
 //!
-//! Every text of a host feeds the watchdog (`endpoint::exchange`); `endpoint::notices` ends it.
+//! Every text of a host feeds the watchdog (`controller::texts`); `controller::timers` ends it.
 
 use super::refuse_if;
 use crate::executor::StopCause;
@@ -112,7 +112,7 @@ mod tests {
     use crate::{Config, Controller, Dialect, Input, Port, Time};
 
     #[test]
-    fn time_is_not_jumped_over_while_a_host_has_promised_to_be_heard() {
+    fn time_is_not_jumped_over_while_a_host_has_promised_a_text() {
         let mut robot = Controller::new(Config::new(Dialect::Field), Vec::new()).unwrap();
         robot.feed(
             Time::ZERO,

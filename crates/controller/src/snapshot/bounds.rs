@@ -212,7 +212,7 @@ fn check_endpoints(endpoints: &Endpoints, robot: &Robot) -> CheckResult {
             "more",
         )?;
         let (seen, made) = (&session.seen_requests, &robot.panel.state().stop_requests);
-        let expected = "as many requests as `state.stop_requests` counts, or less";
+        let expected = "as many requests as `panel.stop_requests` counts, or less";
         let holds = seen.is_part_of(made);
         check(holds, &format!("{place}.seen_requests"), expected, "more")?;
     }
