@@ -6,6 +6,7 @@
 use ts3100_controller::model::ArmModel;
 use ts3100_controller::options::UnsolicitedSp;
 use ts3100_controller::{Config, Dialect, PanelAction, Port};
+use ts3100_proto::command::RunMode;
 use ts3100_tests::{Robot, frame, notation, unframe};
 
 const DATA: usize = 253;
@@ -443,6 +444,81 @@ fn a_host_that_sends_whenever_its_line_is_free_is_told_of_a_stop() {
         robot.advance_ms(1);
     }
     panic!("no SP within 300 ms of the stop");
+}
+
+/// The stop comes while the answer to SU is open, and the SP for it is due when the download begins.
+// clause: CMD-SP-07 CMD-SP-10
+#[test]
+fn an_sp_that_is_overdue_waits_for_the_download_that_begins() {
+    let mut robot = Robot::ready("PROGRAM E\nDELAY 0.1\nEND\n");
+    robot.command(Port::Ip0, "RN");
+    robot.advance_ms(60);
+    assert!(robot.ask(Port::Ip0, "SU").starts_with(b"FL,MODE"));
+    robot.advance_ms(500);
+    robot.command(Port::Ip0, "DL,LONG");
+    robot.advance_ms(100);
+    robot.raw(Port::Ip0, b"\x02FL,PROGRAM LONG\rEND\r\x1A\x03");
+    assert_eq!(robot.received(Port::Ip0), frame(b"OK\r"));
+    robot.advance_ms(50);
+    assert_eq!(robot.received(Port::Ip0), frame(b"SP\r"));
+}
+
+// clause: CMD-SP-07 CMD-SP-10
+#[test]
+fn a_host_whose_segments_always_end_inside_a_text_gets_its_sp() {
+    let mut robot = Robot::ready("PROGRAM E\nDELAY 0.1\nEND\n");
+    robot.command(Port::Ip0, "RN");
+    robot.advance_ms(20);
+    robot.raw(Port::Ip0, b"\x02EC,OV");
+    let mut told = false;
+    for _ in 0..40 {
+        robot.advance_ms(20);
+        robot.raw(Port::Ip0, b"RD 50\r\x03\x02EC,OVRD 60\r\x03\x02EC,OV");
+        let received = robot.received(Port::Ip0);
+        told |= received.windows(2).any(|letters| letters == b"SP");
+    }
+    assert!(told);
+}
+
+/// A host that asks by SM looks at its fields: the SP that waits is dropped.
+// clause: CMD-SP-07
+#[test]
+fn an_sp_that_waits_is_dropped_when_the_host_asks_by_sm() {
+    let mut robot = crate::extensions::scara();
+    robot.load("E", "PROGRAM E\nEND\n");
+    robot.command(Port::Ip0, "RN");
+    // The program is over, and SP would come 50 ms after the OK.
+    robot.advance_ms(20);
+    let received = robot.ask(Port::Ip0, "SM,1");
+    assert!(received.starts_with(b"FL,"), "{received:?}");
+    robot.raw(Port::Ip0, b"\x02OK\r\x03");
+    robot.advance_ms(1_000);
+    let later = robot.received(Port::Ip0);
+    let told = |bytes: &[u8]| bytes.windows(2).any(|letters| letters == b"SP");
+    assert!(!told(&received) && !told(&later), "{received:?} {later:?}");
+}
+
+/// A step whose motion nobody waits for is over when the arm rests: hosts read the position after SP.
+// clause: CMD-SP-05
+#[test]
+fn in_step_mode_the_sp_of_a_step_comes_when_the_arm_rests() {
+    let mut robot = Robot::ready("PROGRAM E\nENABLE NOWAIT\nMOVEA 1, 90\nDELAY 1\nEND\n");
+    robot.panel(PanelAction::RunMode(RunMode::Step));
+    robot.command(Port::Ip0, "RN");
+    robot.advance_ms(50);
+    assert_eq!(robot.received(Port::Ip0), frame(b"SP\r"), "after ENABLE");
+    robot.command(Port::Ip0, "RN");
+    let mut moved = 0;
+    for _ in 0..5_000 {
+        robot.advance_ms(1);
+        let moves = !robot.seat.controller.is_idle();
+        moved += u32::from(moves);
+        if robot.received(Port::Ip0) == frame(b"SP\r") {
+            assert!(!moves && moved > 100, "{moved}");
+            return;
+        }
+    }
+    panic!("no SP");
 }
 
 // clause: CMD-SP-07 CMD-SP-10
