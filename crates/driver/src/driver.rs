@@ -305,7 +305,7 @@ impl Driver {
     }
 
     /// Whether a robot stores something: nothing else is served meanwhile, because what it does next may reach the others.
-    fn is_storing(&self) -> bool {
+    fn is_writing(&self) -> bool {
         self.world.robots().iter().any(|robot| robot.edge.write.is_some())
     }
 

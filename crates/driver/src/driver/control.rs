@@ -45,7 +45,7 @@ impl Driver {
             }
             Request::Query(look) => {
                 // What is already due happens first; what is being stored is not waited for.
-                if !self.is_storing() {
+                if !self.is_writing() {
                     self.feed(robot, Input::Tick);
                 }
                 look((), &self.view(robot));
@@ -262,7 +262,7 @@ impl Driver {
     /// Next moment at which the loop must wake if no input arrives.
     pub(super) fn wake(&self) -> Wake {
         // No deadline is served before the write has ended, and its end wakes the loop.
-        if self.is_storing() {
+        if self.is_writing() {
             return Wake::Never;
         }
         let robots = self.world.robots();

@@ -167,7 +167,7 @@ impl Driver {
         self.rotation.working_since.get_or_insert_with(Instant::now);
         // While something is being stored, ports are not polled and their wakers are not registered. No wake-up is
         // lost: the task of the write has the waker, and its end leads back here.
-        let storing = self.is_storing();
+        let storing = self.is_writing();
         for (robot, write) in self.writes() {
             if let Poll::Ready(written) = Pin::new(&mut write.task).poll(context) {
                 return Poll::Ready(Work::Stored(robot, written));
