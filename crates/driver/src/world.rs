@@ -97,6 +97,14 @@ fn shifted(time: Time, by: i64) -> Time {
     Time::from_micros(time.as_micros().saturating_add_signed(by))
 }
 
+/// Something from outside that waits.
+enum Waiting {
+    /// An input of the robot of this number.
+    Input(usize, Input, Side),
+    /// The level of an outside line.
+    Outside(String, bool),
+}
+
 /// Robots of one time with the wires between them, each with an edge `E` that carries its outputs out.
 pub struct World<E> {
     robots: Vec<Robot<E>>,
@@ -107,8 +115,8 @@ pub struct World<E> {
     is_cut: bool,
     /// Wires that have been reported as a loop.
     loops: BTreeSet<usize>,
-    /// Inputs that wait until nothing is being stored.
-    waiting: VecDeque<(usize, Input, Side)>,
+    /// Inputs and levels that wait until nothing is being stored.
+    waiting: VecDeque<Waiting>,
     /// A write under way belongs to an input whose result was not known when it was fed, not to something due.
     is_awaited: bool,
     /// The moment that has been reached.
@@ -242,7 +250,7 @@ impl<E: Effects> World<E> {
         // What was due may itself have something to store. Then the input waits too, and keeps its place in the queue.
         let now = self.catch_up(now);
         if self.is_storing() {
-            self.waiting.push_back((robot, input, by));
+            self.waiting.push_back(Waiting::Input(robot, input, by));
             return Ok(Accepted::Pending);
         }
         let result = self.handle(now, robot, input, by);
@@ -257,14 +265,21 @@ impl<E: Effects> World<E> {
         mut result: Result<Accepted, ActionError>,
     ) -> Result<Accepted, ActionError> {
         while !self.is_storing()
-            && let Some((robot, input, by)) = self.waiting.pop_front()
+            && let Some(first) = self.waiting.pop_front()
         {
             let now = self.catch_up(now);
             if self.is_storing() {
                 // It came before the others that wait.
-                self.waiting.push_front((robot, input, by));
+                self.waiting.push_front(first);
                 break;
             }
+            let (robot, input, by) = match first {
+                Waiting::Input(robot, input, by) => (robot, input, by),
+                Waiting::Outside(name, on) => {
+                    self.set_level(now, name, on);
+                    continue;
+                }
+            };
             let next = self.handle(now, robot, input, by);
             self.is_awaited = next == Ok(Accepted::Pending);
             if result == Ok(Accepted::Pending) {
@@ -333,9 +348,19 @@ impl<E: Effects> World<E> {
         span.in_scope(|| seat.feed(time, input, by, edge))
     }
 
-    /// Sets an outside line at `now`, as [`World::feed`] handles an input.
+    /// Sets an outside line at `now`, as [`World::feed`] handles an input: what was due before happens first, and while
+    /// something is being stored the level waits in the queue of inputs.
     pub fn set_outside(&mut self, now: Time, name: String, on: bool) {
-        self.now = self.now.max(self.catch_up(now));
+        let now = self.catch_up(now);
+        if self.is_storing() {
+            self.waiting.push_back(Waiting::Outside(name, on));
+        } else {
+            self.set_level(now, name, on);
+        }
+    }
+
+    fn set_level(&mut self, moment: Time, name: String, on: bool) {
+        self.now = self.now.max(moment);
         self.outside.insert(name, on);
         self.settle();
     }

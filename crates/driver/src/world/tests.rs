@@ -456,3 +456,24 @@ fn a_robot_answers_alone_as_it_does_among_others() {
     let among_others = exchange(&mut world(&[PICKER, FEEDER, PICKER]), 1);
     assert_eq!(among_others, alone);
 }
+
+#[test]
+fn an_outside_line_that_is_set_meanwhile_waits_for_what_was_due_before() {
+    let mut world = world(&["", ""]);
+    world[0].edge.has_slow_disk = true;
+    let alarm = Together(ms(5), ["alarms raise 1-102"].into());
+    world[0].seat.plan(Box::new(alarm));
+    world[1]
+        .seat
+        .plan(Box::new(Together(ms(7), ["input 9 on"].into())));
+    let changes = Changes::default();
+    world[1].seat.subscribe(Box::new(OfRobot(1, changes.clone())));
+    world.join(vec![wire(outside("go"), line(1, 8))]);
+    world.set_outside(ms(10), "go".to_owned(), true);
+    assert!(world.is_storing() && world.has_waiting_inputs());
+    assert_eq!(*changes.0.lock().unwrap(), []);
+    world[0].edge.is_storing = false;
+    let _ = world.feed(ms(20), 0, Input::Persisted(Ok(())), Side::Host);
+    let seen = changes.0.lock().unwrap().clone();
+    assert_eq!(seen, [(1, ms(7), 9, true), (1, ms(20), 8, true)]);
+}
