@@ -5,7 +5,7 @@
 
 use super::Fault;
 use super::causes::{CAUSES, CauseRow, Reach};
-use super::kind::{Effect, FaultKind, FaultSite, InjectionPoint};
+use super::kind::{Effect, FaultKind, FaultSite, InjectionPoint, ReplyArrival};
 use crate::finding::FaultCause;
 use crate::finding::{Rule, rules};
 use crate::limits::MAX_FAULT_EFFECTS;
@@ -100,10 +100,10 @@ impl FaultEffect {
             &[]
         };
         let delay: Duration = segments.iter().map(|segment| segment.delay).sum();
-        let in_time = match kind {
-            "duplicate-text" | "ng" => true,
-            "late-reply" | "split-bytes" | "merged-texts" | "slow-line" => delay < PATIENCE,
-            _ => false,
+        let in_time = match fault.kind.reply {
+            ReplyArrival::InTime => true,
+            ReplyArrival::Delayed => delay < PATIENCE,
+            ReplyArrival::Missing => false,
         };
         let disconnects = |segment: &Segment| matches!(segment.departure, Departure::Disconnect(_));
         let ends = segments.iter().any(disconnects) || kind == "power-loss";

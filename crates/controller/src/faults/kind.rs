@@ -228,6 +228,17 @@ impl FaultContext<'_> {
     }
 }
 
+/// What becomes of the reply in an exchange in which a fault fires.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum ReplyArrival {
+    /// The host has one in time.
+    InTime,
+    /// It comes whole, after the delays of the fault.
+    Delayed,
+    /// None comes, or not the robot's: the safe reading of a new kind, which excuses the most.
+    Missing,
+}
+
 /// A kind of fault.
 #[derive(Debug)]
 pub struct FaultKind {
@@ -248,6 +259,8 @@ pub struct FaultKind {
     /// Whether it applies at this point, to the FL text of this number, with these parameters. Called only for the
     /// points of `points`.
     pub applies: fn(&ParameterValues, InjectionPoint, u32) -> bool,
+    /// Whether the host still has a reply by which it can go on: it decides what the fault excuses (`effects`).
+    pub reply: ReplyArrival,
     /// Rejects combinations of filter and parameters that make no sense.
     pub validate: fn(&super::FaultFilter, &ParameterValues) -> Result<(), FaultError>,
     /// Applies it.
@@ -264,6 +277,7 @@ impl FaultKind {
         points: &[],
         command: None,
         block: None,
+        reply: ReplyArrival::Missing,
         applies: |_, _, _| true,
         validate: |_, _| Ok(()),
         apply: |_, _, _| (Effect::Unchanged, String::new()),

@@ -1,6 +1,7 @@
 //! The table of all kinds of faults. Each kind is a file of this directory; `faults::kind` says what a kind consists of.
 //!
-//! To add a kind, write its file after one of the short ones (`ng`, `late_reply`) and add it to [`KINDS`].
+//! To add a kind, write its file after one of the short ones (`ng`, `late_reply`) and add it to [`KINDS`]. What
+//! it excuses a host for are its field `reply` and its rows in `faults::causes`.
 
 mod alarm;
 mod drive_full;

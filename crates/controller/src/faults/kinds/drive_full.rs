@@ -3,7 +3,7 @@
 //! It sets the free bytes for the file of one command; the commands that store files read them from `Faults`.
 
 use super::super::{FaultError, FaultFilter};
-use crate::faults::kind::{Effect, FaultKind, InjectionPoint, number};
+use crate::faults::kind::{Effect, FaultKind, InjectionPoint, ReplyArrival, number};
 use crate::limits::MAX_FILE;
 
 /// Commands that store a file.
@@ -24,6 +24,7 @@ pub const KIND: FaultKind = FaultKind {
     block: Some(0),
     // The free bytes are those for the whole file, so they are set when the command is served.
     applies: |_, _, block| block == 0,
+    reply: ReplyArrival::Missing,
     validate: check_stores_file,
     apply: |context, values, site| {
         let free = values.bytes("free").unwrap_or(0);

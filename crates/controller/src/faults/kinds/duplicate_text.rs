@@ -2,7 +2,7 @@
 //!
 //! Both copies go through the send queue, so a text sent after them keeps its place.
 
-use crate::faults::kind::{FaultKind, OUTGOING, millis, sends};
+use crate::faults::kind::{FaultKind, OUTGOING, ReplyArrival, millis, sends};
 use crate::segment::{Departure, Segment};
 
 /// The row of this kind in [`super::KINDS`].
@@ -17,5 +17,6 @@ pub const KIND: FaultKind = FaultKind {
         let twice = [Segment::bytes(site.bytes.clone()), again];
         sends(twice, format!("{site} leaves twice"))
     },
+    reply: ReplyArrival::InTime,
     ..FaultKind::DEFAULT
 };

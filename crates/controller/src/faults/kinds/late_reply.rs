@@ -2,7 +2,7 @@
 //!
 //! The default delay is longer than the time-out of most hosts.
 
-use crate::faults::kind::{FaultKind, OUTGOING, millis, sends};
+use crate::faults::kind::{FaultKind, OUTGOING, ReplyArrival, millis, sends};
 use crate::segment::{Departure, Segment};
 
 /// The row of this kind in [`super::KINDS`].
@@ -18,5 +18,6 @@ pub const KIND: FaultKind = FaultKind {
         let segment = Segment::after(delay, Departure::Bytes(site.bytes.clone()));
         sends([segment], format!("{site} leaves {} ms late", delay.as_millis()))
     },
+    reply: ReplyArrival::Delayed,
     ..FaultKind::DEFAULT
 };

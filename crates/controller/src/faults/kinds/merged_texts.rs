@@ -2,7 +2,7 @@
 //!
 //! The send queue holds the first text until the next one is sent or its time is over.
 
-use crate::faults::kind::{FaultKind, OUTGOING, millis, sends};
+use crate::faults::kind::{FaultKind, OUTGOING, ReplyArrival, millis, sends};
 use crate::segment::{Departure, Segment};
 
 /// The row of this kind in [`super::KINDS`].
@@ -17,5 +17,6 @@ pub const KIND: FaultKind = FaultKind {
         let held = Segment::after(values.millis("hold"), Departure::Held(site.bytes.clone()));
         sends([held], format!("{site} waits for what is sent next"))
     },
+    reply: ReplyArrival::Delayed,
     ..FaultKind::DEFAULT
 };

@@ -2,7 +2,7 @@
 //!
 //! The command has no effect.
 
-use crate::faults::kind::{Effect, FaultKind, InjectionPoint};
+use crate::faults::kind::{Effect, FaultKind, InjectionPoint, ReplyArrival};
 
 /// The row of this kind in [`super::KINDS`].
 pub const KIND: FaultKind = FaultKind {
@@ -14,5 +14,6 @@ pub const KIND: FaultKind = FaultKind {
         let reason = "a fault on purpose (ng)".into();
         (Effect::Refused(reason), format!("{site} is refused"))
     },
+    reply: ReplyArrival::InTime,
     ..FaultKind::DEFAULT
 };

@@ -2,7 +2,7 @@
 //!
 //! Each byte is one segment of the send queue.
 
-use crate::faults::kind::{FaultKind, OUTGOING, number, sends};
+use crate::faults::kind::{FaultKind, OUTGOING, ReplyArrival, number, sends};
 use crate::segment::{Departure, Segment};
 use bytes::Bytes;
 use core::time::Duration;
@@ -28,5 +28,6 @@ pub const KIND: FaultKind = FaultKind {
             bytes.map(|byte| Segment::after(pace, Departure::Bytes(Bytes::copy_from_slice(&[*byte]))));
         sends(segments, format!("{site} leaves at {speed} bit/s"))
     },
+    reply: ReplyArrival::Delayed,
     ..FaultKind::DEFAULT
 };

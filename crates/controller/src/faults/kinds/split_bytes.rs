@@ -2,7 +2,7 @@
 //!
 //! Each portion is one write, which is usually one TCP segment.
 
-use crate::faults::kind::{FaultKind, OUTGOING, millis, number, sends};
+use crate::faults::kind::{FaultKind, OUTGOING, ReplyArrival, millis, number, sends};
 use crate::limits::MAX_SEND;
 use crate::segment::{Departure, Segment};
 use core::time::Duration;
@@ -28,5 +28,6 @@ pub const KIND: FaultKind = FaultKind {
         });
         sends(segments, format!("{site} leaves in portions of {size} bytes"))
     },
+    reply: ReplyArrival::Delayed,
     ..FaultKind::DEFAULT
 };
