@@ -62,7 +62,13 @@ fn every_region_of_the_book_is_generated() {
 #[test]
 fn every_generated_file_is_up_to_date() {
     for (path, text) in FILES {
-        assert_eq!(document(path), text(), "docs/{path}");
+        let (found, expected) = (document(path), text());
+        let mut lines = found.lines().zip(expected.lines());
+        let first = lines.find(|(found, expected)| found != expected);
+        assert!(
+            found == expected,
+            "docs/{path} is stale; cargo test -p ts3100-tests -- --ignored bless_docs writes it. First difference: {first:?}"
+        );
     }
 }
 
