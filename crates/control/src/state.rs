@@ -271,7 +271,7 @@ fn task_statuses(view: &View<'_>) -> Vec<TaskStatus> {
         .map(|task| TaskStatus {
             id: task.id,
             line: task.line,
-            doing: task.doing,
+            doing: task.state,
             reads: task.reads.and_then(Port::from_channel),
         })
         .collect()

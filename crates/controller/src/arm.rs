@@ -52,7 +52,7 @@ struct ActiveMotion {
     next: Option<NextFrames>,
 }
 
-/// The coordinate systems of a motion that has been put behind another.
+/// The coordinate systems of a motion that has been put after another.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct NextFrames {
@@ -63,7 +63,7 @@ struct NextFrames {
 }
 
 impl ActiveMotion {
-    /// The coordinate systems of the motion put behind this one, if it has begun by `now`.
+    /// The coordinate systems of the motion put after this one, if it has begun by `now`.
     fn next_begun(&self, now: Time) -> Option<&NextFrames> {
         let next = self.next.as_ref();
         next.filter(|_| self.motion.last_has_begun(now.since(self.start)))
@@ -423,7 +423,7 @@ impl Arm {
         own.unwrap_or_else(|| Frames::new(conditions))
     }
 
-    /// A motion put behind another that has begun by `now` counts as the one under way from here on.
+    /// A motion put after another that has begun by `now` counts as the one under way from here on.
     fn take_next(&mut self, now: Time) {
         if let Some(active) = &mut self.active
             && let Some(next) = active.next_begun(now).cloned()

@@ -15,7 +15,7 @@ use ts3100_proto::status::MasterMode;
 pub struct PermissionCell {
     /// HOST or IP0.
     pub port: Port,
-    /// Row of the tables, in the order of [`ROWS`] and behind them [`EXTENSION_ROWS`].
+    /// Row of the tables, in the order of [`ROWS`], then of [`EXTENSION_ROWS`].
     row: usize,
     /// The master mode, which is the column of the tables.
     pub mode: MasterMode,

@@ -411,7 +411,7 @@ impl Executor {
         }
     }
 
-    /// Line and task of the statement that is analysed: a MOVE behind a MOVE is read before its time (SF-24).
+    /// Line and task of the statement that is analysed: a MOVE after a MOVE is read before its time (SF-24).
     pub(crate) fn analysed(&self) -> (u32, u16) {
         let turn = self.tasks.get(&self.turn).or(self.main.as_ref());
         turn.map_or((0, 0), |task| {

@@ -1,4 +1,4 @@
-//! Everything behind the ports as one value: the parts a command, a program or a button acts on, and what several of
+//! The robot as one value: the parts a command, a program or a button acts on, and what several of
 //! them do together. How bytes become commands is `endpoint`'s; each part has a file of its own.
 
 mod checks;
@@ -39,7 +39,7 @@ pub(crate) enum RunNotice {
     Stopped,
 }
 
-/// The robot behind the ports.
+/// The parts of the robot. The ports are not among them.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Robot {
     pub(crate) context: Context,

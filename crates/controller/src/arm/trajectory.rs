@@ -25,7 +25,7 @@ impl Arm {
         self.ends_at().map_or(Duration::ZERO, |end| end.since(now))
     }
 
-    /// When the motion put behind another begins; `None` when there is none, or it is held or given up before.
+    /// When the motion put after another begins; `None` when there is none, or it is held or given up before.
     pub fn last_begins_at(&self) -> Option<Time> {
         let active = self.active.as_ref()?;
         Some(active.start + active.motion.last_begins()?)

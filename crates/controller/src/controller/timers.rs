@@ -49,7 +49,7 @@ const AT_PORTS: [Timer; 5] = [
 /// Served after those, in this order, and after every input too, which can make them due at once. An arm that arrives and an
 /// input that changes come before the program, which sees both at this instant (`programs.rs` of the suites). SP comes last:
 /// the program that ends now has its SP at this instant, after its last PRINT.
-const BEHIND_PORTS: [Timer; 5] = [
+const OF_ROBOT: [Timer; 5] = [
     Timer::Motion,
     Timer::Lines,
     Timer::Servo,
@@ -109,7 +109,7 @@ impl Timer {
 impl Controller {
     /// When something happens by itself.
     pub(crate) fn deadline(&self) -> Option<Time> {
-        let timers = AT_PORTS.into_iter().chain(BEHIND_PORTS);
+        let timers = AT_PORTS.into_iter().chain(OF_ROBOT);
         timers
             .filter_map(|timer| timer.due(&self.endpoints, &self.robot))
             .min()
@@ -149,7 +149,7 @@ impl Controller {
 
     /// Runs the robot as far as it goes at this instant, then tells the hosts.
     pub(super) fn settle(&mut self) {
-        for timer in BEHIND_PORTS {
+        for timer in OF_ROBOT {
             timer.serve(self);
         }
         if !self.robot.context.fault_effects.is_empty() {

@@ -72,7 +72,7 @@ impl Breakpoints {
 
 impl Executor {
     /// Sets the breakpoints, each at the first of these lines with a statement from there on, and ends all others. `Err`
-    /// gives the line for which there is none. One that was set before a download, and is behind the end of the file by
+    /// gives the line for which there is none. One that was set before a download, and is after the end of the file by
     /// now, ends.
     pub(crate) fn set_breakpoints(&mut self, lines: &[u32], statements: &[u32]) -> Result<(), u32> {
         let lines = lines.iter().take(MAX_BREAKPOINTS);

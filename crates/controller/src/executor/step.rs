@@ -44,7 +44,7 @@ pub(crate) enum Step {
     /// The main program, or the statement of DO, is over.
     Ended,
     /// Something went wrong; the detail says what and where.
-    Trouble(AlarmCode, String),
+    Alarm(AlarmCode, String),
 }
 
 impl Step {

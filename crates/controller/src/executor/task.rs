@@ -23,7 +23,8 @@ pub struct TaskView {
     pub id: u16,
     /// File line at which it stands.
     pub line: u32,
-    pub doing: &'static str,
+    /// The name of the state of the task, or of its handler while one acts.
+    pub state: &'static str,
     /// The channel from which it waits for values.
     pub reads: Option<Channel>,
 }
@@ -35,7 +36,7 @@ pub struct TaskView {
 ///   Ready -------------------> Moving, Delaying, Reading ------------------------------> Ready
 ///   | ^ ^                        ^   ^
 ///   | | |   statement done again |   | it begins
-///   | | +--- Holding, Resting ---+   +--- Queued: a MOVE behind a motion with PASS
+///   | | +--- Holding, Resting ---+   +--- Queued: a MOVE after a motion with PASS
 ///   | +----- Pausing: next scan
 ///   +-------> Watching: WAIT is false; Ready when it is true
 /// ```
@@ -60,11 +61,11 @@ pub enum TaskState {
         /// How long before its end the statement is over.
         lead: Duration,
     },
-    /// A motion has been put behind the one under way (PASS); the statement becomes `Moving` when it begins.
+    /// A motion has been put after the one under way (PASS); the statement becomes `Moving` when it begins.
     Queued {
         /// As of `Moving`.
         lead: Duration,
-        /// The statement is over when it begins: PASS reads the motion behind it, NOWAIT does not wait for its end.
+        /// The statement is over when it begins: PASS reads the motion after it, NOWAIT does not wait for its end.
         passing: bool,
     },
     /// The statement waits for the arm to rest before it begins.
@@ -93,7 +94,7 @@ pub enum TaskState {
 impl TaskState {
     /// Whether the statement has asked for something and waits for the answer.
     pub(crate) fn needs_answer(&self) -> bool {
-        // Resting may follow a statement that is over: BREAK, and END behind a motion with NOWAIT.
+        // Resting may follow a statement that is over: BREAK, and END after a motion with NOWAIT.
         !matches!(
             self,
             TaskState::Ready | TaskState::Pausing { .. } | TaskState::Resting | TaskState::Watching { .. }
@@ -237,7 +238,7 @@ impl Task {
     /// The task as it is shown; nothing acts while its program does not run.
     pub(crate) fn view(&self, runs: bool) -> TaskView {
         let acting = self.acting();
-        let doing = match &acting.state {
+        let state = match &acting.state {
             TaskState::Ready => "ready",
             TaskState::Pausing { .. } => "running",
             TaskState::Holding => "held",
@@ -251,7 +252,7 @@ impl Task {
         TaskView {
             id: self.id(),
             line: acting.machine.line(),
-            doing: if runs { doing } else { "stopped" },
+            state: if runs { state } else { "stopped" },
             reads: acting.state.channel().filter(|_| runs),
         }
     }
@@ -344,22 +345,22 @@ impl Task {
         }
     }
 
-    /// A statement that cannot be executed is given up; its alarm of level 2 stops the program behind it.
+    /// A statement that cannot be executed is given up; its alarm of level 2 stops the program after it.
     pub(crate) fn fail(&mut self, fault: &Fault) -> Step {
         self.machine.skip();
-        Step::Trouble(alarm_of(fault.kind), format!("{fault}"))
+        Step::Alarm(alarm_of(fault.kind), format!("{fault}"))
     }
 
     /// The same, with a reason of the robot.
     pub(crate) fn give_up(&mut self, code: AlarmCode, reason: impl Display) -> Step {
-        let trouble = self.trouble(code, reason);
+        let step = self.alarm(code, reason);
         self.machine.skip();
-        trouble
+        step
     }
 
     /// Something is wrong with the statement under way, which stays as it is.
-    pub(crate) fn trouble(&self, code: AlarmCode, reason: impl Display) -> Step {
-        Step::Trouble(code, format!("line {}: {reason}", self.line()))
+    pub(crate) fn alarm(&self, code: AlarmCode, reason: impl Display) -> Step {
+        Step::Alarm(code, format!("line {}: {reason}", self.line()))
     }
 
     /// Ends the present step for a stop, where that can be done now; true if the task stands between steps, or waits
@@ -449,7 +450,7 @@ impl Task {
     pub(crate) fn end_handler(&mut self, handler: &Task) -> Step {
         match self.machine.end_handler(&handler.machine) {
             Ok(()) => Step::DONE,
-            Err(fault) => Step::Trouble(alarm_of(fault.kind), format!("{fault}")),
+            Err(fault) => Step::Alarm(alarm_of(fault.kind), format!("{fault}")),
         }
     }
 

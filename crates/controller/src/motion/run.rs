@@ -106,7 +106,7 @@ impl Motion {
         motion
     }
 
-    /// PASS: this motion, under way since its start, and behind it `next`, planned from its end at rest; the two overlap
+    /// PASS: this motion, under way since its start, and after it `next`, planned from its end at rest; the two overlap
     /// by `pass` percent of the shorter of the two ramps, braking of this one and gathering speed of the next. The
     /// result takes this one's place: its times count from the same start, and at `at` it agrees with this one.
     /// Override and cap stay this one's; from here on the override is a factor on the time. `tool` is the tool point

@@ -71,6 +71,6 @@ impl Robot {
 
 /// The integer parts of the first axes.
 fn truncated(joints: &Joints) -> [i32; POSITION_AXES] {
-    // The cast saturates; what is behind the point is left out.
+    // The cast saturates; digits after the point are left out.
     core::array::from_fn(|axis| joints[axis] as i32)
 }

@@ -17,7 +17,7 @@ use ts3100_proto::command::RunMode;
 use ts3100_proto::name::FileName;
 
 impl Robot {
-    /// Turning the key while a program runs stops it behind the present step.
+    /// Turning the key while a program runs stops it after the present step.
     pub(crate) fn turn_key(&mut self, key: KeySwitch) -> Result<(), OperateError> {
         let controller = self.context.config.controller;
         if key == KeySwitch::Internal && !controller.has_internal() {

@@ -98,13 +98,13 @@ impl Robot {
             && *mass > heaviest
         {
             let reason = format!("the load is {mass} kg; the arm carries at most {heaviest} kg");
-            return task.trouble(alarm::OVERLOAD, reason);
+            return task.alarm(alarm::OVERLOAD, reason);
         }
         let lead = match motion.conditions.accuracy {
             Accuracy::Coarse => COARSE_LEAD,
             Accuracy::Fine => Duration::ZERO,
         };
-        // With PASS the statement is over early, so that the next MOVE can be put behind the motion in time.
+        // With PASS the statement is over early, so that the next MOVE can be put after the motion in time.
         let reads_ahead = motion.conditions.passing && task.machine().motion_ahead().is_some();
         let passing = reads_ahead || motion.conditions.nowait;
         let moving = self.arm.is_moving();
@@ -153,7 +153,7 @@ impl Robot {
                     // A bad value: nothing was interpolated (T8.3), and a start goes on after the statement.
                     MotionError::Gate { .. } => return task.give_up(alarm::OUT_OF_RANGE, error),
                 };
-                task.trouble(code, error)
+                task.alarm(code, error)
             }
         }
     }
@@ -218,7 +218,7 @@ impl Robot {
         // The statement is over first: RN after the alarm of level 2 goes on with the next one.
         let step = self.executor.done(task);
         match self.context.config.options.no_peer {
-            NoPeer::Alarm => step.then(Step::Trouble(alarm::INVALID_CHANNEL, message)),
+            NoPeer::Alarm => step.then(Step::Alarm(alarm::INVALID_CHANNEL, message)),
             NoPeer::Silent => step,
         }
     }
@@ -307,9 +307,9 @@ impl Robot {
     /// The INPUT is over with these values. A fault in storing them would only repeat what the alarm says.
     fn cancel_input(&mut self, task: &mut Task, values: Vec<Number>, code: AlarmCode, reason: &str) -> Step {
         // The text first: the answer moves the task on to the next line.
-        let trouble = task.trouble(code, reason);
+        let step = task.alarm(code, reason);
         self.executor.answer(task, Answer::Cancelled(values));
-        trouble
+        step
     }
 
     /// OPEN, CLOSE: when the arm rests, or at once.

@@ -136,7 +136,7 @@ impl Robot {
                 self.between_steps(false);
                 self.end_task(id);
             }
-            Step::Trouble(code, detail) => self.raise(code, detail),
+            Step::Alarm(code, detail) => self.raise(code, detail),
         }
         Turn::Taken
     }
@@ -227,7 +227,7 @@ impl Robot {
                 task.put_handler(Box::new(Task::new(*machine, self.context.now)));
                 Some(Step::Begun)
             }
-            Err(fault) => Some(Step::Trouble(alarm_of(fault.kind), format!("{fault}"))),
+            Err(fault) => Some(Step::Alarm(alarm_of(fault.kind), format!("{fault}"))),
         }
     }
 
@@ -247,7 +247,7 @@ impl Robot {
             TaskState::Pausing { until } | TaskState::Delaying { until } => until > now,
             TaskState::Holding => self.is_held(),
             TaskState::Resting => self.arm.is_moving(),
-            // A motion behind one that is held has no begin yet.
+            // A motion after one that is held has no begin yet.
             TaskState::Queued { .. } => {
                 let begin = self.arm.last_begins_at();
                 begin.map_or(self.arm.is_moving(), |begin| begin > now)

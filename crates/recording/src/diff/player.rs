@@ -121,7 +121,7 @@ impl Player {
         self.lines.robot_events.get(&line)?.front()
     }
 
-    /// The one behind it.
+    /// The one after it.
     pub(super) fn second(&self, line: PeerId) -> Option<&RobotEvent> {
         self.lines.robot_events.get(&line)?.get(1)
     }
@@ -253,7 +253,7 @@ impl Player {
             return;
         }
         if !self.lines.current_peers.contains_key(&port) && !self.lines.splitters.contains_key(&line) {
-            // A recording may begin behind the connection.
+            // A recording may begin after the connection.
             self.connect(line, "");
         }
         if self.lines.current_peers.get(&port) == Some(&line) {

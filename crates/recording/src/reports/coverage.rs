@@ -121,7 +121,7 @@ impl CoverageReport {
     }
 }
 
-/// Where a cell stands in the order of the tables; cells nobody knows stand behind, by their names.
+/// Sort key: table order, then unknown cells by name.
 fn table_position(cell: &CellReport) -> (usize, usize, usize, usize, [String; 4]) {
     let known = |found: Option<usize>| found.unwrap_or(usize::MAX);
     let mut rows = ROWS.iter().chain(&EXTENSION_ROWS);

@@ -155,7 +155,7 @@ impl CaptureWriter {
             Port::Host => HOST,
             Port::Com1 => COM1,
             Port::Ip0 | Port::Ip1 | Port::Ip2 | Port::Ip3 => {
-                // A transcript may begin behind a connection's beginning.
+                // A transcript may begin after a connection's beginning.
                 if !self.flows.contains_key(&line) {
                     self.connect(at, line, "", out);
                 }

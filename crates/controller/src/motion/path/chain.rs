@@ -30,7 +30,7 @@ const END_PART: f64 = 1e-3;
 pub(in crate::motion) const SAMPLED_SPEED_MARGIN: f64 = 1.05;
 /// Largest distance between the end of a motion and the start of the next, degrees or mm.
 const MAX_JOIN_GAP: f64 = 1e-6;
-/// Motions kept: one that ends, one that begins, and the one added behind it.
+/// Motions kept: one that ends, one that begins, and the one added after it.
 const MAX_MOTIONS: usize = 3;
 
 /// One motion of a chain.
