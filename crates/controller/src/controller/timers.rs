@@ -7,6 +7,8 @@ use crate::alarm;
 use crate::controller::Controller;
 use crate::endpoint::Endpoints;
 use crate::finding::rules;
+use crate::persistence::Then;
+use crate::robot::scheduler::RunEffect;
 use crate::robot::{Robot, RunNotice};
 use crate::time::Time;
 
@@ -92,21 +94,39 @@ impl Timer {
             Timer::Motion => robot.arm.finish_due(robot.context.now),
             Timer::Lines => robot.change_due_lines(),
             Timer::Servo => robot.end_servo_interval(),
-            Timer::Program => {
-                // The bytes go before the program does: the next PRINT waits for the room that they leave on a serial
-                // line.
-                while let Some(printed) = robot.run(endpoints) {
-                    let bytes = printed.bytes.clone();
-                    endpoints.send(&mut robot.context, printed.port, bytes, &printed.bytes);
-                    robot.printed(printed.by_program);
-                }
-            }
+            Timer::Program => controller.run_program(),
             Timer::UnsolicitedSp => controller.tell_of_stops(),
         }
     }
 }
 
 impl Controller {
+    /// Runs the robot as far as it goes at this instant, and does what its statements ask for.
+    fn run_program(&mut self) {
+        // A RESTORE that waits for its file lets nothing go on at this instant, outputs and counters included.
+        while !self.robot.persistence.is_waiting()
+            && let Some(effect) = self.robot.run(&self.endpoints)
+        {
+            match effect {
+                // The bytes go before the program does: the next PRINT waits for the room that they leave on a serial
+                // line.
+                RunEffect::Print {
+                    port,
+                    bytes,
+                    by_program,
+                } => {
+                    let sent = bytes.clone();
+                    self.endpoints.send(&mut self.robot.context, port, bytes, &sent);
+                    self.robot.printed(by_program);
+                }
+                RunEffect::Restore { change, direct } => {
+                    // A file that is not stored is an alarm of the program, and no result of anybody's.
+                    let _ = self.make(*change, Then::Restored { direct });
+                }
+            }
+        }
+    }
+
     /// When something happens by itself.
     pub(crate) fn deadline(&self) -> Option<Time> {
         let timers = AT_PORTS.into_iter().chain(OF_ROBOT);

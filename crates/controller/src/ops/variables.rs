@@ -3,10 +3,11 @@
 use crate::alarm;
 use crate::drive::DriveError;
 use crate::outcome::Outcome;
-use crate::persistence::{Change, Then, Waiting};
+use crate::persistence::Change;
 use crate::prelude::*;
 use crate::refusal::VariableError;
 use crate::robot::Robot;
+use crate::robot::scheduler::{RunEffect, Turn};
 use core::fmt::Display;
 use scol_mini::{Arm, Payload, Position, Trans, Value, ValueKind};
 use ts3100_proto::command::{Number, VariableKind, VariableRead, VariableWrite};
@@ -63,15 +64,16 @@ impl Robot {
     }
 
     /// RESTORE of a program: the values go into the file as those of MW do (scol.md 13.4).
-    pub(crate) fn restore_data(&mut self, names: &[String], direct: bool) {
+    pub(crate) fn restore_data(&mut self, names: &[String], direct: bool) -> Turn {
         match self.restored(names) {
             Ok(change) => {
-                if let Some(Waiting { change, .. }) = self.propose(change, Then::Restored { direct }) {
-                    let restored = self.commit(change, Ok(()));
-                    self.end_restore(direct, restored);
-                }
+                let change = Box::new(change);
+                Turn::Asks(RunEffect::Restore { change, direct })
             }
-            Err(reason) => self.end_restore(direct, Err(reason)),
+            Err(reason) => {
+                self.end_restore(direct, Err(reason));
+                Turn::Taken
+            }
         }
     }
 

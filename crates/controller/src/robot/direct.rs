@@ -2,7 +2,7 @@
 //!
 //! The statement itself is `executor::direct`; commands begin it in `ops::operate`; `scheduler` calls `step_direct()`.
 
-use super::scheduler::{Printed, Turn};
+use super::scheduler::{RunEffect, Turn};
 use crate::executor::direct::Direct;
 use crate::executor::step::Step;
 use crate::port_facts::PortFacts;
@@ -43,7 +43,7 @@ impl Robot {
             }
             Step::Print { port, bytes } => {
                 self.executor.put_direct(direct);
-                return Turn::Printed(Printed {
+                return Turn::Asks(RunEffect::Print {
                     port,
                     bytes,
                     // It is no step of the program: step mode does not count it.
@@ -52,7 +52,7 @@ impl Robot {
             }
             Step::Restore { names } => {
                 self.executor.put_direct(direct);
-                self.restore_data(&names, true);
+                return self.restore_data(&names, true);
             }
             Step::Stopped | Step::Ended if direct.moved => {
                 let until = direct.since + self.context.config.options.do_min_run;

@@ -8,6 +8,7 @@ use crate::executor::step::{Step, alarm_of};
 use crate::executor::{MAIN_TASK, RunState, Standstill, StopCause, Task, TaskState};
 use crate::options::UnknownInput;
 use crate::output::Event;
+use crate::persistence::Change;
 use crate::port::Port;
 use crate::port_facts::PortFacts;
 use crate::prelude::*;
@@ -18,13 +19,22 @@ use core::cell::Cell;
 use scol_mini::{Memory, MonitorAction, Pause};
 use ts3100_proto::command::RunMode;
 
-/// Bytes of a PRINT on their way to a port.
+/// What a statement asks of the controller, which alone sees ports and robot together. The program goes on when it is done.
 #[derive(Debug)]
-pub(crate) struct Printed {
-    pub port: Port,
-    pub bytes: Bytes,
-    /// By the program, not by DO.
-    pub by_program: bool,
+pub(crate) enum RunEffect {
+    /// Bytes of a PRINT on their way to a port.
+    Print {
+        port: Port,
+        bytes: Bytes,
+        /// By the program, not by DO.
+        by_program: bool,
+    },
+    /// RESTORE writes the file anew.
+    Restore {
+        change: Box<Change>,
+        /// By DO.
+        direct: bool,
+    },
 }
 
 /// Result of the turn of a task.
@@ -33,14 +43,15 @@ pub(crate) enum Turn {
     Over,
     /// A task has gone on.
     Taken,
-    /// A task has gone on, and these bytes are to be sent.
-    Printed(Printed),
+    /// A task has gone on and asks for something.
+    Asks(RunEffect),
 }
 
 impl Robot {
-    /// Runs the program and the statement of DO as far as they go at this instant, or up to bytes that are to be sent:
-    /// the program goes on when they are ([`Robot::printed`]), because the next PRINT waits for the room that they leave.
-    pub(crate) fn run(&mut self, ports: &dyn PortFacts) -> Option<Printed> {
+    /// Runs the program and the statement of DO as far as they go at this instant, or up to something that is asked of the
+    /// controller. After bytes of a PRINT the program goes on when they are sent ([`Robot::printed`]), because the next PRINT
+    /// waits for the room that they leave.
+    pub(crate) fn run(&mut self, ports: &dyn PortFacts) -> Option<RunEffect> {
         if self.panel.state().powered {
             loop {
                 // A DO and a program never run together (D7), so the order decides nothing.
@@ -50,10 +61,8 @@ impl Robot {
                 }
                 match turn {
                     Turn::Over => break,
-                    // RESTORE waits for its file: nothing goes on at this instant, outputs and counters included.
-                    Turn::Taken if self.persistence.is_waiting() => return None,
                     Turn::Taken => {}
-                    Turn::Printed(printed) => return Some(printed),
+                    Turn::Asks(effect) => return Some(effect),
                 }
             }
             self.show_state();
@@ -116,7 +125,7 @@ impl Robot {
     fn after(&mut self, id: u16, step: Step) -> Turn {
         match step {
             Step::Print { port, bytes } => {
-                return Turn::Printed(Printed {
+                return Turn::Asks(RunEffect::Print {
                     port,
                     bytes,
                     by_program: true,
@@ -128,7 +137,7 @@ impl Robot {
                 self.executor.give_turn(to);
                 self.between_steps(false);
             }
-            Step::Restore { names } => self.restore_data(&names, false),
+            Step::Restore { names } => return self.restore_data(&names, false),
             Step::Stopped => self.stop_after_step(StopCause::Other),
             Step::Ended => self.end_task(id),
             Step::Killed { id } => {
