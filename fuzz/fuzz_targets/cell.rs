@@ -25,7 +25,7 @@ fuzz_target!(|data: &[u8]| {
     let port = ts3100_controller::Port::Ip0;
     let answer = robot.feed_and_collect(Input::received(port, text));
     assert_eq!(answer, b"\x02OK\r\x03", "a mode is set while the robot stands");
-    robot.feed(Input::Panel(PanelAction::Start));
+    robot.feed(Input::by_hand(PanelAction::Start));
     robot.advance(50);
     for _ in 0..EVENTS {
         if choices.is_empty() {

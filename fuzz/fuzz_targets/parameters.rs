@@ -36,7 +36,7 @@ fuzz_target!(|content: &[u8]| {
         robot.seat.controller.ethernet().clone(),
         *robot.seat.controller.user(),
     );
-    robot.feed(Input::Panel(PanelAction::PowerCycle));
+    robot.feed(Input::by_hand(PanelAction::PowerCycle));
     robot.advance(1_000);
     // The power-on takes what the files say, and for the rest the values of before.
     let expected = EthernetParameters::parse(&network.unwrap_or_default(), &before).0;

@@ -35,9 +35,9 @@ fuzz_target!(|data: &[u8]| {
     }
     // Long enough for every time limit of an unfinished text; then a new host is served.
     robot.advance(30_000);
-    robot.feed(Input::Panel(PanelAction::Key(KeySwitch::Ext)));
-    robot.feed(Input::Panel(PanelAction::ControlRight(ControlRight::Ether)));
-    robot.feed(Input::Panel(PanelAction::PowerCycle));
+    robot.feed(Input::by_hand(PanelAction::Key(KeySwitch::Ext)));
+    robot.feed(Input::by_hand(PanelAction::ControlRight(ControlRight::Ether)));
+    robot.feed(Input::by_hand(PanelAction::PowerCycle));
     if robot.seat.controller.network().channels[0].mode == OpenMode::NotUsed {
         return;
     }
