@@ -60,6 +60,26 @@ fn a_change_that_is_not_kept_is_refused_and_told() {
 }
 
 #[test]
+fn an_error_history_that_is_not_saved_is_a_failure_and_no_unsaved_file() {
+    for when_full in [WhenFull::Refuse, WhenFull::Memory] {
+        let directory = TempDir::new("backing-history");
+        let mut backing = backing(&directory, when_full);
+        let replaced = || StoreError::DirectoryReplaced {
+            path: directory.path().to_owned(),
+        };
+        backing.finish_history(NOW, Ok(()));
+        assert_eq!((backing.status().failures, &backing.status().error), (0, &None));
+        backing.finish_history(NOW, Err(replaced()));
+        let status = backing.status();
+        assert_eq!(
+            (status.failures, &status.error),
+            (1, &Some(replaced().to_string()))
+        );
+        assert!(status.unsaved.is_empty());
+    }
+}
+
+#[test]
 fn what_is_in_memory_alone_is_made_up_for_with_the_next_file_that_is_kept() {
     let directory = TempDir::new("backing-memory");
     let mut backing = backing(&directory, WhenFull::Memory);
