@@ -287,6 +287,26 @@ async fn a_host_that_has_finished_sending_still_gets_its_answer() {
 }
 
 #[tokio::test]
+async fn a_host_that_has_finished_sending_still_gets_what_the_system_has_not_taken_yet() {
+    let (mut links, port) = server(SecondConnection::Refuse);
+    let mut host = dial(port).await;
+    next(&mut links).await;
+    host.shutdown().await.unwrap();
+    let mut sent = 0;
+    while !links.get_mut(Port::Ip0).unwrap().has_unsent() {
+        assert_eq!(send(&mut links, Port::Ip0, &[b' '; 65_536]), []);
+        sent += 65_536;
+    }
+    assert_eq!(next(&mut links).await, [GONE]);
+    let mut answer = Vec::new();
+    timeout(LONG, host.read_to_end(&mut answer))
+        .await
+        .unwrap()
+        .unwrap();
+    assert_eq!(answer.len(), sent);
+}
+
+#[tokio::test]
 async fn a_reset_ends_the_connection_once() {
     let (mut links, port) = server(SecondConnection::Refuse);
     let host = dial(port).await;
