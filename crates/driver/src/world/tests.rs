@@ -120,6 +120,29 @@ fn cell() -> World<Edge> {
 }
 
 #[test]
+fn a_robot_without_a_disk_keeps_every_change_of_a_file_at_once() {
+    let mut world = world(&[""]);
+    world.robots_mut()[0].seat.controller.persist_outside(true);
+    let (name, content) = ("NEW".to_owned(), b"PROGRAM NEW\nEND\n".to_vec());
+    let file = |world: &World<Edge>| world[0].seat.controller.drive().get("NEW").map(<[u8]>::to_vec);
+    for (action, kept) in [
+        (
+            Action::PutFile {
+                name: name.clone(),
+                content: content.clone(),
+            },
+            Some(content),
+        ),
+        (Action::EraseFile { name }, None),
+    ] {
+        let done = world.feed(Time::ZERO, 0, Input::by_owner(action), Side::Host);
+        assert_eq!(done, Ok(Accepted::Done));
+        assert_eq!(file(&world), kept);
+        assert!(!world.has_waiting_inputs());
+    }
+}
+
+#[test]
 fn wires_a_shared_stop_and_a_restore_of_two_robots_need_no_socket() {
     let mut world = cell();
     world.advance(ms(10_000));
