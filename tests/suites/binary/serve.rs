@@ -1,6 +1,7 @@
 //! `ts3100 serve`: ready line, ports, signals, errors at the start, the backing directory, time.
 
 use super::support::{Serve, expect_code, run, stderr, stdout, ts3100};
+use std::collections::BTreeSet;
 use std::io::{Read, Write};
 use std::net::TcpListener;
 use ts3100_tests::host::Host;
@@ -111,6 +112,29 @@ fn the_log_can_be_json() {
         (text["port"].as_str(), text["text"].as_str()),
         (Some("IP0"), Some("<STX>SO<CR><ETX>"))
     );
+}
+
+#[test]
+fn bytes_of_a_program_are_logged_with_v_and_those_of_texts_with_vv() {
+    let directory = TempDir::new("binary");
+    let file = directory.file("pick.scol", PICK);
+    for (level, ports) in [("-v", &["IP1"][..]), ("-vv", &["IP0", "IP1"])] {
+        let serve = Serve::start(&[level, "--log-format", "json", "--load", &file, "--select", "PICK"]);
+        let (mut host, mut program) = (serve.dial(0), serve.dial(1));
+        host.exchange(b"\x02SO\r\x03", b"\x02OK\r\x03");
+        host.exchange(b"\x02RN\r\x03", b"\x02OK\r\x03");
+        program.exchange(b"0\r", b"AT           0\r");
+        let log = stderr(&serve.signal("TERM"));
+        let lines = log
+            .lines()
+            .map(|line| serde_json::from_str::<serde_json::Value>(line).unwrap());
+        let bytes: Vec<_> = lines.filter(|line| line["event"] == "bytes").collect();
+        let logged: BTreeSet<_> = bytes.iter().map(|line| line["port"].as_str().unwrap()).collect();
+        assert_eq!(logged, ports.iter().copied().collect(), "{level}");
+        for text in ["IP1 < 0<CR>", "IP1 > AT           0<CR>"] {
+            assert!(bytes.iter().any(|line| line["message"] == text), "{text}: {log}");
+        }
+    }
 }
 
 #[test]
