@@ -583,6 +583,24 @@ fn a_command_inside_a_download_ends_it_or_is_a_part_of_it() {
     }
 }
 
+// clause: CMD-DL-05 FRM-10
+#[test]
+fn a_command_without_cr_ends_a_download_only_before_its_file_begins() {
+    let mut robot = robot();
+    robot.command(Port::Ip0, "DL,CALLS");
+    robot.send(Port::Ip0, b"SU");
+    assert!(robot.received(Port::Ip0).starts_with(b"\x02FL,MODE:"));
+    robot.send(Port::Ip0, b"OK\r");
+    assert_eq!(robot.ask(Port::Ip0, "UL,CALLS"), b"NG\r");
+    // A text of a file may end anywhere, so also after two letters that a command has.
+    robot.command(Port::Ip0, "DL,CALLS");
+    for part in [&b"FL,PROGRAM CALLS\r"[..], b"SU", b"M\rEND\r\x1A"] {
+        robot.send(Port::Ip0, part);
+        assert_eq!(robot.received(Port::Ip0), frame(b"OK\r"));
+    }
+    assert_eq!(robot.file(Port::Ip0, "UL,CALLS"), b"PROGRAM CALLS\rSUM\rEND\r");
+}
+
 // clause: CMD-DL-04 FL-04
 #[test]
 fn after_a_text_that_is_too_long_the_rest_of_the_file_is_refused_text_by_text() {
