@@ -106,6 +106,26 @@ fn what_persists_is_an_alarm_again_at_power_on() {
     assert_eq!(found, ["001-102", "008-017"]);
 }
 
+#[test]
+fn switches_are_as_they_were_left_after_a_power_cycle() {
+    for on in [true, false] {
+        let mut robot = with(|_| {});
+        robot.panel(PanelAction::EmergencyStop(on));
+        robot.panel(PanelAction::SafetySwitch(on));
+        robot.panel(PanelAction::MachineLock(on));
+        robot.panel(PanelAction::Battery(on));
+        robot.panel(PanelAction::PowerCycle);
+        let state = robot.seat.controller.state();
+        let switches = [
+            state.emergency_stop,
+            state.safety_open,
+            state.machine_lock,
+            state.battery_low,
+        ];
+        assert_eq!(switches, [on; 4]);
+    }
+}
+
 // clause: RAM-03 RAM-15
 #[test]
 fn a_nearly_full_drive_takes_the_file_it_has_again_and_no_other() {
