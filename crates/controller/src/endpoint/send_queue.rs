@@ -111,6 +111,21 @@ mod tests {
     }
 
     #[test]
+    fn what_is_held_leaves_when_the_delay_of_the_next_has_passed() {
+        let (mut queue, ms) = (SendQueue::default(), Duration::from_millis);
+        let held = Departure::Held(Bytes::from_static(b"h"));
+        queue.push(Port::Ip0, Time::ZERO, Segment::after(ms(1_000), held));
+        let due = queue.push(
+            Port::Ip0,
+            Time::from_millis(5),
+            Segment::after(ms(30), bytes(b"n")),
+        );
+        assert_eq!(due, Time::from_millis(35));
+        assert_eq!(queue.take_due(Time::from_millis(34)), None);
+        assert_eq!(queue.take_due(due), Some((Port::Ip0, bytes(b"hn"))));
+    }
+
+    #[test]
     fn what_is_held_leaves_with_the_next_or_alone_or_before_what_is_too_much() {
         let held = |length: usize| {
             Segment::after(
