@@ -260,6 +260,10 @@ mod tests {
             (latin, "Latin-1 or Windows-1252 (line 2, column 14: byte FC); "),
             (japanese, "Shift-JIS (line 2, column 3: byte 83); "),
             (b"AB\0CDEFGH\n".to_vec(), "no text (line 1, column 3: byte 00); "),
+            (
+                b"AB\0CDEFGHIJ\n".to_vec(),
+                "no text (line 1, column 3: byte 00); ",
+            ),
             (b"\0".to_vec(), "no text (line 1, column 1: byte 00); "),
             (b"\xFF\xFE\0\0P\0\0\0".to_vec(), "UTF-32 with a byte order mark; "),
             (b"\0\0\xFE\xFF\0\0\0P".to_vec(), "UTF-32 with a byte order mark; "),
