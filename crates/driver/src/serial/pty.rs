@@ -306,4 +306,15 @@ mod tests {
         pty.reset().unwrap();
         assert_eq!((speed(&pty), pty.settings().speed), (38_400, Some(38_400)));
     }
+
+    #[tokio::test]
+    async fn a_terminal_receives_whatever_its_modem_lines_say() {
+        let directory = TempDir::new("pty");
+        let pty = Pty::open(Port::Host, &directory.path().join("host"), line(9_600)).unwrap();
+        let mut termios = tcgetattr(&pty.master).unwrap();
+        let receives = ControlModes::CREAD | ControlModes::CLOCAL;
+        termios.control_modes -= receives;
+        apply_settings(&mut termios, line(9_600)).unwrap();
+        assert!(termios.control_modes.contains(receives));
+    }
 }
