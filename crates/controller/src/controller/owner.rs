@@ -176,7 +176,7 @@ impl Controller {
         let context = &mut self.robot.context;
         context.fault_effects.begin_action(context.now, state);
         match action {
-            // A controller without power raises no alarms, and has none to lose.
+            // Without power there is no alarm to raise, and no power to lose.
             ScheduledAction::Alarm(_) | ScheduledAction::Panel(PanelAction::PowerCycle)
                 if !self.robot.panel.state().powered => {}
             ScheduledAction::Panel(panel) => {
