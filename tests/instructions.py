@@ -17,8 +17,9 @@ import tempfile
 
 from wire import CR, ETX, STX, Emulator, Line, true
 
-# Between 33,600 and 37,700 with one and the same program, hour by hour.
-MOST_SU = 40_000
+# 38,900 to 39,900 in one quarter of an hour; one and the same program differs by a tenth, hour by hour (how often the loop
+# looks in vain), and the limit has that tenth above the highest.
+MOST_SU = 44_000
 FEW, MANY = 100, 600
 RUNS = 4
 
