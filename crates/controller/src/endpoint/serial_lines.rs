@@ -359,7 +359,7 @@ impl PortFacts for Endpoints {
     fn line_free_at(&self, port: Port, bytes: usize) -> Option<Time> {
         let outbound = &self.lines.get(&port)?.outbound;
         let most = MAX_LINE_OUTPUT.saturating_sub(bytes);
-        (outbound.queued() > most && outbound.queued() > 0).then(|| outbound.drained_to_at(most))
+        (outbound.queued() > most).then(|| outbound.drained_to_at(most))
     }
 }
 

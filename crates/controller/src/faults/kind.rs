@@ -228,7 +228,7 @@ impl FaultContext<'_> {
     }
 }
 
-/// What becomes of the reply in an exchange in which a fault fires.
+/// Fate of the reply in an exchange in which a fault fires.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum ReplyArrival {
     /// The host has one in time.
