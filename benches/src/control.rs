@@ -30,7 +30,7 @@ const START_TO_LISTENER: f64 = 2.5;
 const PROGRAM: &str =
     "GLOBAL\nDIM A(100)\nN = 0\nEND\nPROGRAM PICK\nREMARK WAITS\nINPUT IP1, N\nDELAY 1\nEND\n";
 
-/// What was measured in each round, in microseconds, beside what, and the most it may be of it where that is held.
+/// Measured time of each round in microseconds, its reference, and the bound on their ratio where one is held.
 struct Figure {
     name: &'static str,
     took: Vec<f64>,

@@ -314,7 +314,7 @@ mod tests {
 
     const GOLDEN: &str = "metrics.prom";
 
-    /// What every event counts.
+    /// The counters after every event of the samples.
     fn counted() -> String {
         let mut counters = Metrics::default();
         inputs().iter().for_each(|input| counters.count_input(input));
