@@ -27,6 +27,8 @@ FIRST = ("10.31.0.1", "10.31.0.2")
 SECOND = ("10.31.1.1", "10.31.1.2")
 # Keepalive of decision D3 finds a vanished peer within 10 s + 3 x 5 s; unanswered data is given up after 30 s.
 FOUND = 40.0
+# A connection beside the one a channel has is closed at once.
+REFUSED_WITHIN = 0.5
 OLD = b"PROGRAM KEPT\nEND\n"
 NEW = b"PROGRAM KEPT\n" + b"REMARK This version must never arrive in part.\n" * 20 + b"END\n"
 PROGRAM = b"""PROGRAM CABLE
@@ -267,11 +269,16 @@ class Case:
         """The hosts that come when the cable is whole again."""
         limit = time.monotonic() + wait
         while True:
+            lines = ()
             try:
-                host, robot = self.connect()
+                lines = host, robot = self.connect()
                 host.status()
-                return host, robot
+                # Each channel finds its vanished peer by itself, and closes the next connection at once until then.
+                robot.more(REFUSED_WITHIN)
+                return lines
             except (Failed, OSError) as error:
+                for line in lines:
+                    line.close()
                 if time.monotonic() > limit:
                     raise Failed("the next host is served within %.0f s\n     found    %s" % (wait, error))
                 time.sleep(0.1)
