@@ -1,6 +1,6 @@
 //! Words that this project does not use where users read: the pages, the help texts, and every string of the product.
 //!
-//! The list is short and each entry names the usual word. Grammar and spelling are checked by `tests/docs_book.py`.
+//! The list is short and each entry names the usual word. Grammar and spelling are checked by `tests/system/docs/book.py`.
 
 use clap::Command;
 use std::fs;

@@ -1,6 +1,6 @@
 //! The dissector of `packaging/wireshark`: its table of SF is the one of `ts3100-proto`, and it reads our captures:
 //! texts cut anywhere, SF with control codes in it, serial ports, the panel. What needs tshark is ignored by default
-//! and run by tests/wireshark.py, where a missing tshark is a failure.
+//! and run by tests/system/packages/wireshark_dissector.py, where a missing tshark is a failure.
 
 use std::path::PathBuf;
 use std::process::Command;
@@ -100,7 +100,7 @@ fn tshark(name: &str, whats: Vec<RecordKind>, filter: &str, fields: &[&str]) -> 
 }
 
 #[test]
-#[ignore = "needs tshark; tests/wireshark.py runs it"]
+#[ignore = "needs tshark; tests/system/packages/wireshark_dissector.py runs it"]
 fn texts_are_found_however_they_are_cut() {
     let whats = vec![
         from_host(Port::Ip0, b"\x02S"),
@@ -149,7 +149,7 @@ fn texts_are_found_however_they_are_cut() {
 }
 
 #[test]
-#[ignore = "needs tshark; tests/wireshark.py runs it"]
+#[ignore = "needs tshark; tests/system/packages/wireshark_dissector.py runs it"]
 fn the_fields_of_sf_are_read_by_name_in_both_layouts() {
     let mut status = SystemStatus {
         servo: true,
@@ -192,7 +192,7 @@ fn the_fields_of_sf_are_read_by_name_in_both_layouts() {
 }
 
 #[test]
-#[ignore = "needs tshark; tests/wireshark.py runs it"]
+#[ignore = "needs tshark; tests/system/packages/wireshark_dissector.py runs it"]
 fn the_words_of_io_are_read_with_and_without_eof() {
     let mut words = [b'A'; 80];
     // Control codes among them.
@@ -222,7 +222,7 @@ fn the_words_of_io_are_read_with_and_without_eof() {
 }
 
 #[test]
-#[ignore = "needs tshark; tests/wireshark.py runs it"]
+#[ignore = "needs tshark; tests/system/packages/wireshark_dissector.py runs it"]
 fn an_unknown_command_is_one_and_its_ng_belongs_to_it() {
     let host = |data: &[u8]| from_host(Port::Ip0, &[b"\x02", data, b"\x03"].concat());
     let robot = |data: &[u8]| from_robot(Port::Ip0, &[b"\x02", data, b"\x03"].concat());

@@ -1,7 +1,7 @@
 //! Measures the time from starting `ts3100 serve` to the first correct SU answer, beside a bare echo server of
 //! tokio started and queried in the same way in the same run.
 //!
-//! `cargo run --profile dist -p ts3100-tests --bin startup -- target/dist/ts3100 [ROUNDS]`
+//! `cargo run --profile dist -p ts3100-benches --bin startup -- target/dist/ts3100 [ROUNDS]`
 //!
 //! Fails when the quickest start of the emulator takes more than [`MOST`] times as long as the quickest of the bare
 //! server. The quickest are compared because a busy machine only ever adds to a time. Both are started from copies, as
@@ -125,7 +125,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let rounds = arguments.next().map_or(Ok(ROUNDS), |rounds| rounds.parse())?;
     let echo = std::env::current_exe()?.with_file_name("echo");
     if !echo.exists() {
-        return Err(format!("{} is missing: build ts3100-tests whole", echo.display()).into());
+        return Err(format!("{} is missing: build ts3100-benches whole", echo.display()).into());
     }
     let subjects = [
         Subject {

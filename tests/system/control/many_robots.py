@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Many robots in one process: their addresses, what they cost, and that each is a robot of its own.
 
-    python3 tests/fleet.py --serve target/release/ts3100
+    python3 tests/system/control/many_robots.py --serve target/release/ts3100
 
 Uses the addresses from 127.1.0.1 on, with ports from 25000. Figures are in the benchmarks."""
 
@@ -18,7 +18,7 @@ import time
 import urllib.error
 import urllib.request
 
-sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
+sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "lib"))
 from wire import Failed, equal, true  # noqa: E402
 
 OFFSET = 24000

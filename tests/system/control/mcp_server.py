@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """`ts3100 mcp` with the reference client of the protocol: it starts the server, lists the tools, and works a robot with them.
 
-    python3 tests/assistants.py --serve target/release/ts3100"""
+    python3 tests/system/control/mcp_server.py --serve target/release/ts3100"""
 
 import argparse
 import asyncio
@@ -10,8 +10,8 @@ import os
 import subprocess
 import sys
 
-sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
-import packages  # noqa: E402
+sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "lib"))
+import python_environment  # noqa: E402
 from wire import Failed, equal, ok, true  # noqa: E402
 
 CLIENT = ["mcp==1.30.0", "jsonschema==4.26.0"]
@@ -55,7 +55,7 @@ def main():
     parser = argparse.ArgumentParser(description="The server for AI assistants with the reference client")
     parser.add_argument("--serve", metavar="TS3100", required=True, help="the program")
     arguments = parser.parse_args()
-    code = packages.run_with(*CLIENT)
+    code = python_environment.run_with(*CLIENT)
     if code is not None:
         return code
     binary = os.path.realpath(arguments.serve)

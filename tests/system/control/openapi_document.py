@@ -1,8 +1,8 @@
 #!/usr/bin/env python3
 """The OpenAPI document, as those who generate clients from it read it.
 
-    python3 tests/openapi.py --serve target/release/ts3100 [--venv DIR]
-    python3 tests/openapi.py --serve target/release/ts3100 --record
+    python3 tests/system/control/openapi_document.py --serve target/release/ts3100 [--venv DIR]
+    python3 tests/system/control/openapi_document.py --serve target/release/ts3100 --record
 
 openapi-spec-validator validates the document, and every example is validated against its schema. Then
 openapi-python-client generates a client, which drives a running emulator. The exit code is 0 when all of it passes.
@@ -19,10 +19,11 @@ import urllib.parse
 import urllib.request
 import venv
 
-from emulator import Emulator, fail
+sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "lib"))
+from emulator import Emulator, fail  # noqa: E402
 
 PACKAGES = ["openapi-spec-validator==0.9.0", "openapi-python-client==0.29.1"]
-EXAMPLES = os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "crates", "control", "assets", "examples.json")
+EXAMPLES = os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "..", "..", "crates", "control", "assets", "examples.json")
 TOKEN = "a-token-of-the-test-0123456789"
 LIMIT = 300
 # Longer lists and texts are cut in an example.

@@ -2,8 +2,8 @@
 """Works the pages of the control interface in Chromium as a person would: a whole session on both kinds of arm, every view in
 three sizes, the start page of several robots, the explorer of the calls.
 
-    python3 tests/pendant.py --serve target/release/ts3100 [--pictures DIRECTORY]
-    python3 tests/pendant.py --serve target/release/ts3100 --picture docs/images/control-page.png
+    python3 tests/system/control/pendant_page.py --serve target/release/ts3100 [--pictures DIRECTORY]
+    python3 tests/system/control/pendant_page.py --serve target/release/ts3100 --picture docs/images/control-page.png
 
 The second takes only the picture that README.md shows.
 
@@ -28,6 +28,7 @@ from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from axe_playwright_python.sync_playwright import Axe
 from playwright.sync_api import expect, sync_playwright
 
+sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "lib"))
 from pendant_session import POINTS, PROGRAM, session
 
 CHROMIUM = shutil.which("chromium") or "/usr/bin/chromium"

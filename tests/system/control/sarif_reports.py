@@ -1,6 +1,6 @@
 """Validates the SARIF of `check` and of a run: by the schema, and by what GitHub requires of code scanning.
 
-    python3 tests/sarif.py --serve target/release/ts3100"""
+    python3 tests/system/control/sarif_reports.py --serve target/release/ts3100"""
 
 import argparse
 import json

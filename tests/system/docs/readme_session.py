@@ -1,6 +1,6 @@
 """Types what README.md shows of a session, word for word, and compares what comes back.
 
-    python3 .ci/session.py README.md TARGET_DIRECTORY LOG_OF_THE_ROBOT
+    python3 tests/system/docs/readme_session.py README.md TARGET_DIRECTORY LOG_OF_THE_ROBOT
 
 Each fenced block behind a line <!-- ci:session --> is taken: of `sh` every line is typed, of `console` the lines behind
 `$ ` and what a here-document needs, the others are what has to be printed; of `text` each line stands in the log of the
@@ -12,8 +12,7 @@ import sys
 import tempfile
 import time
 
-sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "tests"))
-import docs_examples  # noqa: E402  # pylint: disable=wrong-import-position
+import page_examples
 
 MARK = "<!-- ci:session -->"
 LIMIT = 60.0
@@ -33,7 +32,7 @@ def blocks(path):
 
 def commands(language, lines):
     """(what is typed, what is to be printed or None where the page does not say) of a block."""
-    return [("\n".join(lines), None)] if language == "sh" else docs_examples.commands(lines)
+    return [("\n".join(lines), None)] if language == "sh" else page_examples.commands(lines)
 
 
 def in_log(line, log):

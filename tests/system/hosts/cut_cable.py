@@ -3,7 +3,7 @@
 gone: no FIN, no RST, keepalive has to find it), by a reset in mid-text, and on a serial line by a closed terminal.
 Each time: the next host is served, nothing is lost, and [E10] raises the alarm it asks for, or none.
 
-    python3 tests/cable.py --serve target/release/ts3100
+    python3 tests/system/hosts/cut_cable.py --serve target/release/ts3100
 
 Two network namespaces are made for it, by root or in a user namespace; without them it fails."""
 
@@ -18,7 +18,7 @@ import tempfile
 import threading
 import time
 
-sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
+sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "lib"))
 from transport import Settings, Terminal  # noqa: E402
 from wire import CR, ETX, STX, Emulator, Failed, Host, Line, options  # noqa: E402
 

@@ -5,7 +5,7 @@ CR 50 ms after whatever has come. It reads SF by its bytes, SU by its blanks and
 
 The original only looks. This one also makes an alarm, to have one to read, and resets it.
 
-    python3 tests/hosts/gateway.py --serve target/release/ts3100"""
+    python3 tests/system/hosts/gateway.py --serve target/release/ts3100"""
 
 import os
 import re
@@ -13,7 +13,7 @@ import struct
 import sys
 import time
 
-sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), ".."))
+sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "lib"))
 from wire import CR, EOF, ETX, Failed, Line, equal, ok, options, run, true  # noqa: E402
 
 STEP, ACKNOWLEDGE = 0.5, 0.05

@@ -1,6 +1,6 @@
 """Counts what the processor executes in a run to which nobody connects, and for each SU, outside of the system.
 
-    python3 tests/instructions.py --serve BINARY
+    python3 tests/system/hosts/instruction_count.py --serve BINARY
 
 A count depends neither on the machine nor on its load as a time does: what comes in by mistake shows at once. That of a start is
 the same each time within a thousandth; that of an SU differs by a tenth, with how often the loop looks in vain, so the least of a few
@@ -11,11 +11,13 @@ SU takes more than its limit. Needs valgrind.
 """
 
 import argparse
+import os
 import re
 import sys
 import tempfile
 
-from wire import CR, ETX, STX, Emulator, Line, true
+sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "lib"))
+from wire import CR, ETX, STX, Emulator, Line, true  # noqa: E402
 
 # 38,900 to 39,900 in one quarter of an hour; one and the same program differs by a tenth, hour by hour (how often the loop
 # looks in vain), and the limit has that tenth above the highest.

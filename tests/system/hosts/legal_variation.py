@@ -1,8 +1,8 @@
 #!/usr/bin/env python3
-"""The hosts of tests/hosts under legal variation: each gets its work done under every seed. And one that does not: it
+"""The hosts of this folder under legal variation: each gets its work done under every seed. And one that does not: it
 takes what one read gives for one text, gets by without variation, and fails under every seed.
 
-    python3 tests/variation.py --serve target/release/ts3100 [--seeds 20] [--jobs 2]"""
+    python3 tests/system/hosts/legal_variation.py --serve target/release/ts3100 [--seeds 20] [--jobs 2]"""
 
 import argparse
 import concurrent.futures
@@ -13,14 +13,14 @@ import sys
 import time
 
 HERE = os.path.dirname(os.path.abspath(__file__))
-sys.path.insert(0, HERE)
+sys.path.insert(0, os.path.join(HERE, "..", "lib"))
 from wire import ADVISED_PAUSE, Emulator, Failed, ok  # noqa: E402
 
 # rough_weather looks at times, which are what varies. scara_client is a program of the field that takes five bytes of
 # one receive for OK: it relies on what the manual does not guarantee, and is run to show it.
-HOSTS = [("whole_job.py",), ("hosts/pick_dialogue.py",), ("hosts/library_client.py", "--short"),
-         ("hosts/production.py", "--cycles", "20", "--hours", "0.05")]
-LUCKY = ("hosts/scara_client.py",)
+HOSTS = [("whole_job.py",), ("pick_dialogue.py",), ("library_client.py", "--short"),
+         ("production.py", "--cycles", "20", "--hours", "0.05")]
+LUCKY = ("scara_client.py",)
 LIMIT = 300
 
 

@@ -3,7 +3,7 @@
 SM and VR on connecting, the watchdog fed by SM every 300 ms, replies taken and files cut as the library does, SF and IO
 read by their fixed length, moves ended by a change of DC in SM. What the library would throw at is a failure here.
 
-    python3 tests/hosts/library_client.py --serve target/release/ts3100 [--model six-axis|scara]"""
+    python3 tests/system/hosts/library_client.py --serve target/release/ts3100 [--model six-axis|scara]"""
 
 import datetime
 import os
@@ -11,7 +11,7 @@ import struct
 import sys
 import time
 
-sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), ".."))
+sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "lib"))
 from wire import CR, EOF, ETX, STX, Failed, Line, equal, ok, options, run, show, true  # noqa: E402
 
 STATUS_TIMEOUT, OK_TIMEOUT = 0.5, 5.0

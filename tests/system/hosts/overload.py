@@ -3,7 +3,7 @@
 that nobody reads, a storm in it, a terminal that hangs up, a process that is stopped, hosts that never wait for an
 answer. After each attack IP0 answers and SIGTERM ends serve.
 
-    python3 tests/attacks.py --serve target/release/ts3100 [--rounds 100]"""
+    python3 tests/system/hosts/overload.py --serve target/release/ts3100 [--rounds 100]"""
 
 import argparse
 import http.client
@@ -21,7 +21,7 @@ import tempfile
 import threading
 import time
 
-sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
+sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "lib"))
 from wire import Emulator, Failed, Host, equal, ok, true  # noqa: E402
 
 # The longest a single answer may take on a busy machine; the usual one is held to USUAL.

@@ -5,12 +5,12 @@ robot reports. Also records that end in CR LF, records with a trailing comma, an
 
 The program is downloaded and started with STX and without the advised pause, as the vendor's library does.
 
-    python3 tests/hosts/pick_dialogue.py --serve target/release/ts3100"""
+    python3 tests/system/hosts/pick_dialogue.py --serve target/release/ts3100"""
 
 import os
 import sys
 
-sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), ".."))
+sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "lib"))
 from wire import ETX, STX, EOF, Failed, Line, equal, options, run, true  # noqa: E402
 
 PROGRAM = b"""PROGRAM PICK

@@ -3,13 +3,13 @@
 acknowledges with a check sum of both, picks there, places, and reports DONE with its own clock. Many cycles in
 `--time auto`; then the same until a shift of eight hours is over. Prints simulated hours per second of wall clock.
 
-    python3 tests/hosts/production.py --serve target/release/ts3100 [--cycles 1000] [--hours 8]"""
+    python3 tests/system/hosts/production.py --serve target/release/ts3100 [--cycles 1000] [--hours 8]"""
 
 import os
 import sys
 import time
 
-sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), ".."))
+sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "lib"))
 from wire import CR, Failed, Host, Line, equal, ok, options, run, true  # noqa: E402
 
 NAME = b"CELL"

@@ -3,7 +3,7 @@
 lines executed, the report of faults, results and the snapshot at the end are compared between two runs, and another seed
 gives another run.
 
-    python3 tests/repeat.py --serve target/release/ts3100 [--runs 2] [--keep DIR]
+    python3 tests/system/hosts/reproducible_runs.py --serve target/release/ts3100 [--runs 2] [--keep DIR]
 
 (a) Nobody outside: a scenario drives a program in `--time auto`, by `serve` and by `exec`.
 (b) A host program over TCP on IP0 and IP1, in `--time stepped`: it moves time itself, by `ts3100 ctl clock`."""
@@ -21,7 +21,7 @@ import time
 import urllib.request
 
 HERE = os.path.dirname(os.path.abspath(__file__))
-sys.path.insert(0, HERE)
+sys.path.insert(0, os.path.join(HERE, "..", "lib"))
 from wire import CR, EOF, ETX, Failed, Host, Line, equal, ok, show, true  # noqa: E402
 
 CELL = b"""PROGRAM CELL
@@ -212,7 +212,7 @@ def alone(binary, how, directory, vary, fault_seed):
         if code != 5:
             raise Failed("serve ends with 5, an expectation that was not met\n     found    %d" % code)
     else:
-        wait = "import sys; sys.path.insert(0, %r); import os, repeat; repeat.until_quiet(os.environ['TS3100_CONTROL_URL'])"
+        wait = "import sys; sys.path.insert(0, %r); import os, reproducible_runs; reproducible_runs.until_quiet(os.environ['TS3100_CONTROL_URL'])"
         ended = subprocess.run([binary, "exec", *flags, "--", sys.executable, "-c", wait % HERE], cwd=directory,
                                env=surroundings(binary), stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
                                timeout=2 * RUN_LIMIT)

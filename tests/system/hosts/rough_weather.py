@@ -2,7 +2,7 @@
 """Hosts in trouble and hosts that make it: a reader that does not read, floods, resets, half-closed lines,
 hundreds of connections, a kill in mid-download, a restart on the same drive.
 
-    python3 tests/hosts/rough_weather.py --serve target/release/ts3100"""
+    python3 tests/system/hosts/rough_weather.py --serve target/release/ts3100"""
 
 import os
 import random
@@ -13,7 +13,7 @@ import sys
 import tempfile
 import time
 
-sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), ".."))
+sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "lib"))
 from wire import CR, ETX, STX, Emulator, Failed, Host, Line, equal, ok, options, true  # noqa: E402
 
 CHATTER = b"""PROGRAM CHATTER

@@ -3,14 +3,14 @@
 it is five bytes in one receive, SF read in one receive and acknowledged 60 ms later, DO,MOVE with a blank
 before the parenthesis, then polling SF until the motion status becomes 1 and until it leaves 1.
 
-    python3 tests/hosts/scara_client.py --serve target/release/ts3100"""
+    python3 tests/system/hosts/scara_client.py --serve target/release/ts3100"""
 
 import os
 import struct
 import sys
 import time
 
-sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), ".."))
+sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "lib"))
 from wire import Failed, Line, equal, ok, options, run, true  # noqa: E402
 
 OK = b"\x02OK\r\x03"

@@ -3,14 +3,14 @@
 without CR, which have to be answered OK all the same, SF of 282 bytes read by its length, motions ended by the motion
 status of SF.
 
-    python3 tests/hosts/six_axis_client.py --serve target/release/ts3100"""
+    python3 tests/system/hosts/six_axis_client.py --serve target/release/ts3100"""
 
 import os
 import struct
 import sys
 import time
 
-sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), ".."))
+sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "lib"))
 from wire import Failed, Line, equal, ok, options, run, true  # noqa: E402
 
 OK = b"\x02OK\r\x03"

@@ -2,7 +2,7 @@
 """What must not be lost or overwritten: files on a disk that is full, read-only, removed or replaced, files at a kill
 -9, and what stands where a report or a snapshot is to be written.
 
-    python3 tests/disk.py --serve target/release/ts3100 [--rounds 50]
+    python3 tests/system/hosts/storage.py --serve target/release/ts3100 [--rounds 50]
 
 The disk is a tmpfs of 1 MB in a mount namespace of its own: that needs root, or user namespaces."""
 
@@ -19,7 +19,7 @@ import sys
 import tempfile
 import threading
 
-sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
+sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "lib"))
 from wire import EOF, ETX, Emulator, Failed, Host, equal, ok, true  # noqa: E402
 
 # Set in the process that has a mount namespace of its own.

@@ -3,9 +3,9 @@
 go over IP0, the HOST terminal or HOST behind RFC 2217; the program talks on IP1, on IP2 which the robot dials itself,
 or on COM1.
 
-    python3 tests/whole_job.py --serve target/release/ts3100 [--no-stx]
-    python3 tests/whole_job.py --serve target/release/ts3100 --commands terminal --speed 115200 --frame 8E2 --talk com1
-    python3 tests/whole_job.py --ip0 127.0.0.1:1000 --ip1 127.0.0.1:1001
+    python3 tests/system/hosts/whole_job.py --serve target/release/ts3100 [--no-stx]
+    python3 tests/system/hosts/whole_job.py --serve target/release/ts3100 --commands terminal --speed 115200 --frame 8E2 --talk com1
+    python3 tests/system/hosts/whole_job.py --ip0 127.0.0.1:1000 --ip1 127.0.0.1:1001
 
 It speaks raw bytes and shares no code with the product. Each step prints one line; the exit code is 0 when
 all of them held. The program that it downloads stands below and is ours."""
@@ -17,7 +17,7 @@ import sys
 import tempfile
 import time
 
-sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
+sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "lib"))
 from transport import Listener, Remote, Settings, Terminal  # noqa: E402
 from wire import CR, EOF, ETX, STX, Emulator, Failed, Host, Line, equal, ok, options, run, split, true  # noqa: E402
 

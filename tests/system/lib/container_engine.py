@@ -1,5 +1,5 @@
 """The container engine, as the tests of this folder share it: installed and started where it is missing, and the image of
-`packaging/Dockerfile` built of a static binary. `container.py` and `swarm.py` go on from here."""
+`packaging/Dockerfile` built of a static binary. The programs of `containers` go on from here."""
 
 import contextlib
 import os
@@ -11,7 +11,7 @@ import time
 
 from wire import Failed
 
-ROOT = os.path.dirname(os.path.dirname(os.path.abspath(__file__)))
+ROOT = os.path.dirname(os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__)))))
 IMAGE = "ts3100-test"
 DAEMON_TIMEOUT = 60
 ROOT_COMMAND = [] if os.geteuid() == 0 else ["sudo"]

@@ -2,7 +2,7 @@
 """The clients for .NET, C++, npm, Java, Node and Go, as their users get them: compiled with warnings as errors, packed,
 installed in a clean folder and run. Each ends with a host that talks to a robot, and a wrong host that is named.
 
-    python3 tests/other_clients.py --serve target/release/ts3100 [--static STATIC_TS3100] [dotnet|cpp|npm|containers ...]
+    python3 tests/system/packages/client_libraries.py --serve target/release/ts3100 [--static STATIC_TS3100] [dotnet|cpp|npm|containers ...]
 
 .NET is tested on Mono and, by the runtime that PyPI has, on .NET Core 3.1; an SDK is not needed. With --static the
 examples for containers run in an engine as well, otherwise with `ts3100 exec` only. What apt has is installed where it
@@ -19,11 +19,11 @@ import tempfile
 import traceback
 import zipfile
 
-sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
-import engine  # noqa: E402
+sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "lib"))
+import container_engine  # noqa: E402
 from wire import Emulator, Failed, equal, ok, true  # noqa: E402
 
-ROOT = os.path.dirname(os.path.dirname(os.path.abspath(__file__)))
+ROOT = os.path.dirname(os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__)))))
 CLIENTS = os.path.join(ROOT, "clients")
 VERSION = "0.1.0"
 RUN_TIMEOUT, BUILD_TIMEOUT = 120, 400
@@ -85,9 +85,9 @@ def need(*tools):
 def install_mono():
     """Mono's compiler and runtime, the runner of NUnit, and the libraries that are no dependency of them."""
     packages = [package for tool, package in MONO.items() if not shutil.which(tool)]
-    packages += [name for name in MONO_LIBRARIES if not engine.succeeds("dpkg", "-s", name)]
+    packages += [name for name in MONO_LIBRARIES if not container_engine.succeeds("dpkg", "-s", name)]
     for package in packages:
-        engine.install(package)
+        container_engine.install(package)
 
 
 def dotnet(binary, folder):
@@ -137,7 +137,7 @@ def cpp(binary, folder):
     tools = ("cmake", "cmake"), ("g++", "g++"), ("clang++", "clang"), (windows, "g++-mingw-w64-x86-64-posix")
     for tool, package in tools:
         if not shutil.which(tool):
-            engine.install(package)
+            container_engine.install(package)
     source = os.path.join(CLIENTS, "cpp")
     for compiler in ("g++", "clang++"):
         build = os.path.join(folder, compiler)
@@ -219,11 +219,11 @@ def containers(binary, folder, static):
     if not static:
         print("     no --static binary: not run in a container engine")
         return
-    with engine.docker():
-        engine.build(static)
+    with container_engine.docker():
+        container_engine.build(static)
         for name, (place, command, passed) in found.items():
             # The reaper of testcontainers is an image of a registry that is not in reach everywhere.
-            said = succeeds("%s: with a container" % name, *command, cwd=place, timeout=BUILD_TIMEOUT, TS3100_IMAGE=engine.IMAGE,
+            said = succeeds("%s: with a container" % name, *command, cwd=place, timeout=BUILD_TIMEOUT, TS3100_IMAGE=container_engine.IMAGE,
                             TESTCONTAINERS_RYUK_DISABLED="true")
             true("%s: its three tests ran in it" % name, passed in said, said)
 

@@ -3,7 +3,7 @@
 printed in docs/how-to/csharp.md, each compiled and run against an emulator, over IP0 and IP1 and over HOST and COM1 as
 bare TCP. What they printed, what they left on the RAM drive, and their exit codes have to be right.
 
-    python3 tests/clients.py --serve target/release/ts3100
+    python3 tests/system/packages/example_hosts.py --serve target/release/ts3100
 
 The C# compiler is Mono's mcs; where it is missing it is installed by apt, which needs root or sudo and is said."""
 
@@ -15,10 +15,10 @@ import subprocess
 import sys
 import tempfile
 
-sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
+sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "lib"))
 from wire import Emulator, Failed, equal, ok, true  # noqa: E402
 
-ROOT = os.path.dirname(os.path.dirname(os.path.abspath(__file__)))
+ROOT = os.path.dirname(os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__)))))
 PACKAGES = ("mono-mcs", "mono-runtime", "libmono-system-core4.0-cil")
 RUN_TIMEOUT = 60
 # What both hosts say of the same job; only the name of their file differs.

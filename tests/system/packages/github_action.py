@@ -2,7 +2,7 @@
 """action.yml as a runner does it: its steps by hand, with the inputs of a workflow, against a server that stands for the
 releases. A host that is right passes; one that is wrong fails, and the summary of the job says why.
 
-    python3 tests/action.py --serve target/release/ts3100
+    python3 tests/system/packages/github_action.py --serve target/release/ts3100
 
 What only the hosted service can do, the upload of reports, is not run. The schema of the action is checked."""
 
@@ -20,11 +20,11 @@ import tarfile
 import tempfile
 import threading
 
-sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
-import packages  # noqa: E402
+sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "lib"))
+import python_environment  # noqa: E402
 from wire import Failed, equal, ok, true  # noqa: E402
 
-ROOT = os.path.dirname(os.path.dirname(os.path.abspath(__file__)))
+ROOT = os.path.dirname(os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__)))))
 VERSION, LIMIT = "0.1.0", 120
 SCHEMAS = "check-jsonschema==0.33.0"
 RIGHT = r"""python3 -c '
@@ -167,7 +167,7 @@ def main():
     parser = argparse.ArgumentParser(description="Run the steps of action.yml")
     parser.add_argument("--serve", metavar="TS3100", required=True, help="the program")
     arguments = parser.parse_args()
-    code = packages.run_with(SCHEMAS, "pyyaml")
+    code = python_environment.run_with(SCHEMAS, "pyyaml")
     if code is not None:
         return code
     folder = tempfile.mkdtemp()

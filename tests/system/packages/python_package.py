@@ -2,7 +2,7 @@
 """The Python package, as those who install it get it: the wheel is built around the given program, its contents are listed, and
 it is installed into clean virtual environments. There its commands, its types, its tests and the speed of its fixture are tried.
 
-    python3 tests/python_package.py --serve target/release/ts3100 [--python PYTHON ...] [--out DIR]
+    python3 tests/system/packages/python_package.py --serve target/release/ts3100 [--python PYTHON ...] [--out DIR]
 
 `--python` gives further interpreters for the tests of the package; `--out` keeps the wheel."""
 
@@ -21,10 +21,10 @@ import tempfile
 import types
 import zipfile
 
-sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
+sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "lib"))
 from wire import Failed, equal, ok, true  # noqa: E402
 
-ROOT = os.path.dirname(os.path.dirname(os.path.abspath(__file__)))
+ROOT = os.path.dirname(os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__)))))
 PACKAGE = os.path.join(ROOT, "clients", "python")
 # Versions for Python 3.9 and newer.
 BUILD = ["hatchling==1.27.0", "build==1.4.4", "uv==0.13.9"]

@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """The packages of a release, made by packaging/release.py from programs that it built, and installed as users install them.
 
-    python3 tests/release.py --programs DIR [--tools target/tools] [--again PROGRAM]
+    python3 tests/system/packages/release_packages.py --programs DIR [--tools target/tools] [--again PROGRAM]
 
 DIR has TARGET/ts3100 of `packaging/release.py build`: the one of this machine at least. Each program is started and asked
 for its status: for another processor by qemu, for Windows by Wine. `--again` is the program of this machine from another
@@ -24,10 +24,10 @@ import tempfile
 import threading
 import tomllib
 
-sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
-sys.path.insert(0, os.path.join(os.path.dirname(os.path.dirname(os.path.abspath(__file__))), "packaging"))
+sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "lib"))
+sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "..", "..", "packaging"))
 import verify  # noqa: E402
-from engine import ROOT, ROOT_COMMAND, run  # noqa: E402
+from container_engine import ROOT, ROOT_COMMAND, run  # noqa: E402
 from transport import Tcp  # noqa: E402
 from wire import Emulator, Failed, Host, equal, ok, true  # noqa: E402
 

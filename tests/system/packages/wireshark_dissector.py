@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """The Wireshark dissector, read by tshark: our own captures, and a capture of a wire that is none of ours.
 
-    python3 tests/wireshark.py
+    python3 tests/system/packages/wireshark_dissector.py
 
 The captures of the emulator are those of tests/suites/wireshark.rs, whose tests are ignored where nobody asks
 for them. The other one is made here, byte by byte: TCP at a port nobody has told the dissector. Without tshark this
@@ -14,7 +14,7 @@ import subprocess
 import sys
 import tempfile
 
-ROOT = os.path.dirname(os.path.dirname(os.path.abspath(__file__)))
+ROOT = os.path.dirname(os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__)))))
 SCRIPT = os.path.join(ROOT, "packaging", "wireshark", "ts3100.lua")
 LINKTYPE_RAW = 101
 HOST, ROBOT = (0x0A000001, 40000), (0x0A000002, 5000)

@@ -2,7 +2,7 @@
 //! groups, servers, security, examples.
 //!
 //! The calls and their schemas come from `route_table`. The examples are a recorded session, `assets/examples.json`;
-//! a test replays it, and `tests/openapi.py` records it again. The result is `assets/openapi.json`, which the binary
+//! a test replays it, and `tests/system/control/openapi_document.py` records it again. The result is `assets/openapi.json`, which the binary
 //! carries; after a change of the calls this writes it again:
 //!
 //! ```sh
