@@ -92,6 +92,11 @@ pub const REGIONS: &[Region] = &[
         text: configuration::all,
     },
     Region {
+        page: "reference/several-robots.md",
+        name: "keys-of-the-process",
+        text: configuration::keys_of_the_process,
+    },
+    Region {
         page: "reference/conditions.md",
         name: "conditions",
         text: controller::conditions,

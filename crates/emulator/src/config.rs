@@ -20,6 +20,7 @@ mod serial;
 
 pub use args::{FileArgs, ListenAt, ServeArgs};
 pub use error::ConfigError;
+pub use flag_group::{Flag, Mark};
 pub use layers::{Environment, environment, read, read_points};
 pub use options::{OPTIONS, OptionError, OptionRow, Values, set_option};
 pub use report_args::{ReportArgs, parse_percent};
@@ -150,7 +151,7 @@ impl Settings {
         if matches!(time, TimeMode::Real | TimeMode::Scaled(_)) {
             controller.calendar = clock::system_calendar();
         }
-        let ports = args.tcp_ports();
+        let ports = args.network.tcp_ports();
         let scenario = args.scenario.scenario.as_deref().map(Scenario::read);
         let scenario = scenario.transpose()?;
         let args = with_scenario_start(args, scenario.as_ref());
@@ -173,7 +174,7 @@ impl Settings {
             servo_on: args.robot.servo_on.unwrap_or(false),
             faults,
             scenario,
-            control: control_settings(&args, ports)?,
+            control: control_settings(&args)?,
             flags: controller_flags(&args),
             record_lines: args.reports.lcov.is_some(),
             files: args.files,
@@ -288,7 +289,7 @@ fn refuse_flags_beside_snapshot(args: &ServeArgs, controller: &Config) -> Result
 ///
 /// # Errors
 /// No port for it, a token file that cannot be read, or settings that exclude each other.
-pub fn control_settings(args: &ServeArgs, ports: Ports) -> Result<Option<ControlSettings>, ConfigError> {
+pub fn control_settings(args: &ServeArgs) -> Result<Option<ControlSettings>, ConfigError> {
     let given = &args.control_interface;
     let mut address = ControlSettings::free().address;
     // Who gives a token, or says that none is needed, wants to reach it from where the robot is reached.
@@ -297,7 +298,7 @@ pub fn control_settings(args: &ServeArgs, ports: Ports) -> Result<Option<Control
     if let Some(listen) = args.network.listen.filter(|_| is_for_others) {
         address.set_ip(listen);
     }
-    match (given.control, ports) {
+    match (given.control, args.network.tcp_ports()) {
         (Some(ControlChoice::Off), _) => return Ok(None),
         (Some(ControlChoice::Address(chosen)), _) => address = chosen,
         (None, Ports::Auto) => {}

@@ -3,11 +3,19 @@
 use super::{code, table};
 use ts3100_emulator::config::schema::scenario::{self, KeyValue, TABLES};
 use ts3100_emulator::config::schema::{self, Key, Kind, faults, keys};
+use ts3100_emulator::config::{Mark, ServeArgs};
 
 /// Every key with type, default and variable.
 pub fn all() -> String {
     let headings = ["Key", "Type", "Default", "Variable", "Meaning"];
     table(headings, keys().iter().map(row))
+}
+
+/// The keys that a table of a robot does not take.
+pub fn keys_of_the_process() -> String {
+    let keys = ServeArgs::keys_of_file().filter(|flag| flag.is(Mark::Process));
+    let keys: Vec<String> = keys.map(|flag| code(&flag.key())).collect();
+    keys.join(", ")
 }
 
 fn row(key: &Key) -> [String; 5] {

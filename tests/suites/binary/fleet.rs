@@ -513,6 +513,32 @@ fn the_name_of_the_robot_is_its_part_of_every_path() {
 }
 
 #[test]
+fn the_settings_of_each_robot_are_made_once() {
+    let directory = TempDir::new("fleet");
+    let path = directory.path().join("robot.toml");
+    let path = path.to_str().unwrap();
+    let surveyed = Serve::start(&[]);
+    let only = "--only=stx";
+    expect_code(&run(&["survey", &surveyed.address(0), only, "--out", path]), 0);
+    let two = "[[robot]]\nname = \"a\"\n[[robot]]\nname = \"b\"\n";
+    let wired = format!("{two}[[wire]]\nfrom = \"a.dout.5\"\nto = \"b.din.1\"\n");
+    let two = directory.file("two.toml", two);
+    let wired = directory.file("wired.toml", wired);
+    for (words, robots) in [
+        (&[][..], 1),
+        (&["--robots", "3"], 3),
+        (&["--config", &two], 2),
+        (&["--config", &wired], 2),
+    ] {
+        let serve = Serve::start(&[words, &["--like", path, "--vary", "7"]].concat());
+        let said = stderr(&serve.signal("TERM"));
+        // The file is read whenever the settings of a robot are made, and each time a line says so.
+        let made = said.lines().filter(|line| line.contains(" options set")).count();
+        assert_eq!(made, robots, "{words:?}: {said}");
+    }
+}
+
+#[test]
 fn a_robot_whose_reports_cannot_be_written_costs_those_of_no_other() {
     for wire in ["", "[[wire]]\nfrom = \"a.dout.5\"\nto = \"b.din.1\"\n"] {
         let directory = TempDir::new("fleet");

@@ -16,7 +16,7 @@ use std::net::{IpAddr, SocketAddr};
 use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 use tokio::sync::watch;
 use tokio::task::JoinHandle;
-use tracing::{Span, error, error_span};
+use tracing::{Span, error};
 use ts3100_control::DriverHandle;
 use ts3100_control::robots::{CannotStart, RobotInfo, Robots, Wires};
 use ts3100_controller::{Controller, Port};
@@ -67,9 +67,8 @@ impl Fleet {
     pub fn open(config: FleetConfig) -> anyhow::Result<Arc<Fleet>> {
         let count = config.count();
         let first = config.settings(0).with_context(|| config.name(0))?;
-        let is_list = config.only().is_none();
         if config.has_own_addresses() {
-            check_addresses((0..count).filter_map(|index| config.args(index).network.listen))?;
+            check_addresses((0..count).filter_map(|index| config.network(index).listen))?;
         }
         let shared = match first.ports {
             Ports::Offset(offset) if config.has_own_addresses() && count > OWN_SOCKETS => {
@@ -103,7 +102,9 @@ impl Fleet {
         if starts_all {
             for index in 0..count {
                 match fleet.start_index(index) {
-                    Some(Err(reason)) if is_list => anyhow::bail!("{}: {reason}", fleet.config.name(index)),
+                    Some(Err(reason)) if fleet.config.is_list() => {
+                        anyhow::bail!("{}: {reason}", fleet.config.name(index))
+                    }
                     Some(Err(reason)) => anyhow::bail!("{reason}"),
                     Some(Ok(_)) | None => {}
                 }
@@ -142,15 +143,6 @@ impl Fleet {
         }))
     }
 
-    /// Names the robot in the lines of the log, if it is one of a list.
-    fn span(&self, index: usize) -> Span {
-        if self.config.only().is_some() {
-            return Span::none();
-        }
-        let name = self.config.name(index);
-        error_span!("robot", robot = %name)
-    }
-
     /// Starts the robots that wires join: they are one world.
     fn start_wired(&self) -> anyhow::Result<()> {
         let ends = self.config.wires.iter().flat_map(|wire| [&wire.from, &wire.to]);
@@ -171,8 +163,8 @@ impl Fleet {
     /// Starts the robots of one world, by their places in the configuration.
     fn start_world(&self, group: &[usize]) -> anyhow::Result<Vec<Running>> {
         let first = group.first().copied().unwrap_or_default();
-        let (time, gap) = self.config.time_of(first);
-        let (mut driver, requests) = Driver::new(time, gap);
+        let Settings { time, time_gap, .. } = *self.config.settings(first)?;
+        let (mut driver, requests) = Driver::new(time, time_gap);
         let (mut started, mut endings) = (Vec::new(), Vec::new());
         for &index in group {
             let launched = self.launch(index, &mut driver, &requests);
@@ -202,7 +194,7 @@ impl Fleet {
         });
         driver.join(wires.collect());
         let stopped = self.stopped();
-        let spans: Vec<Span> = group.iter().map(|index| self.span(*index)).collect();
+        let spans: Vec<Span> = group.iter().map(|index| self.config.span(*index)).collect();
         self.spawn(async move {
             let controllers = driver.run(stopped).await;
             let ended = endings.into_iter().zip(spans).zip(controllers);
@@ -222,15 +214,15 @@ impl Fleet {
         driver: &mut Driver,
         requests: &Requests,
     ) -> anyhow::Result<(Ending, Running)> {
-        let span = self.span(index);
-        let _named = span.enter();
         let settings = self.config.settings(index)?;
-        Ending::check(&settings)?;
-        let launched = Launched::add(driver, requests, &settings, &self.surroundings, span.clone())?;
-        let ending = Ending::begin(driver, &launched, &settings);
+        let span = self.config.span(index);
+        let _named = span.enter();
+        Ending::check(settings)?;
+        let launched = Launched::add(driver, requests, settings, &self.surroundings, span.clone())?;
+        let ending = Ending::begin(driver, &launched, settings);
         let running = Running {
             handle: launched.handle(),
-            info: launched.info(driver, self.config.name(index), &settings),
+            info: launched.info(driver, self.config.name(index), settings),
             has_examples: launched.has_examples,
         };
         Ok((ending, running))
@@ -308,9 +300,9 @@ impl Fleet {
         if let Some(Ok(running)) = self.slots.get(index).and_then(OnceLock::get) {
             return running.info.clone();
         }
-        let args = self.config.args(index);
-        let listen = connectable(args.network.listen.unwrap_or(Settings::LISTEN));
-        let offset = match args.tcp_ports() {
+        let network = self.config.network(index);
+        let listen = connectable(network.listen.unwrap_or(Settings::LISTEN));
+        let offset = match network.tcp_ports() {
             Ports::Offset(offset) => offset,
             Ports::Auto => 0,
         };

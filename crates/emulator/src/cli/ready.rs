@@ -119,8 +119,8 @@ impl Target {
 
     /// Place at which `serve` would answer with this configuration.
     fn configured(serve: &ServeArgs) -> anyhow::Result<Target> {
-        let ports = serve.tcp_ports();
-        if let Some(control) = config::control_settings(serve, ports)? {
+        let ports = serve.network.tcp_ports();
+        if let Some(control) = config::control_settings(serve)? {
             let place = SocketAddr::new(connectable(control.address.ip()), control.address.port());
             return match place.port() {
                 0 => Ok(Target::NotFound),

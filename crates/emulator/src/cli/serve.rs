@@ -77,7 +77,7 @@ async fn serve_robots(
 ) -> anyhow::Result<u8> {
     // Before the ready line: a signal that follows it must not find the default action.
     let stop = stop_signal().context("cannot listen for signals")?;
-    let settings = config.control()?;
+    let settings = config.control.clone();
     let fleet = Fleet::open(config)?;
     let control = match &settings {
         Some(settings) => {

@@ -5,7 +5,7 @@
 //! [`super::Settings::from_args`]. The doc comments are the help texts.
 
 use super::device::serial_device;
-use super::flag_group::{self, Layered as _, flag_group};
+use super::flag_group::{self, Flag, FlagGroup, Mark, flag_group};
 use super::model::ModelChoice;
 use super::report_args::ReportArgs;
 use super::seed::Seed;
@@ -14,7 +14,7 @@ use clap::error::ErrorKind;
 use clap::{Arg, Args, Command, ValueEnum};
 use std::ffi::{OsStr, OsString};
 use std::net::{IpAddr, SocketAddr, TcpListener, ToSocketAddrs as _};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::str::FromStr;
 use ts3100_control::ControlChoice;
 use ts3100_controller::{ControlRight, ControllerType, Dialect, KeySwitch};
@@ -85,11 +85,11 @@ flag_group! {
         pub ports: Option<PortSource>,
         /// With --robots: all robots at one address, each N ports above the one before [default: an address each]
         #[arg(long, value_name = "N")]
-        pub port_step: Option<u16>,
+        pub port_step: Option<u16> [Process],
         /// Print one line of JSON on stdout when every port accepts connections
         #[arg(long, value_name = "BOOL", num_args = 0..=1, require_equals = true, default_missing_value = "true",
             value_parser = switch())]
-        pub ready_json: Option<bool>,
+        pub ready_json: Option<bool> [Process],
     }
 }
 
@@ -100,22 +100,22 @@ flag_group! {
         /// Serve the HTTP control interface at ADDRESS:PORT or at this port of 127.0.0.1, or `off` [default: 3100 plus
         /// the offset; a free port with --ports auto; with a token or --control-open at the address of --listen]
         #[arg(long, value_name = "WHERE")]
-        pub control: Option<ControlChoice>,
+        pub control: Option<ControlChoice> [Process],
         /// Require this bearer token; required unless it listens on loopback. Visible in the process list: prefer
         /// TS3100_CONTROL_TOKEN or --control-token-file
         #[arg(long, value_name = "TOKEN")]
-        pub control_token: Option<String>,
+        pub control_token: Option<String> [Process],
         /// Read the token from the first line of FILE
         #[arg(long, value_name = "FILE")]
-        pub control_token_file: Option<PathBuf>,
+        pub control_token_file: Option<PathBuf> [Process],
         /// Accept every call without a token, for throw-away networks only: whoever reaches the interface controls the
         /// robot
         #[arg(long, value_name = "BOOL", num_args = 0..=1, require_equals = true, default_missing_value = "true",
             value_parser = switch())]
-        pub control_open: Option<bool>,
+        pub control_open: Option<bool> [Process],
         /// Also accept calls addressed to this host name, besides localhost and the listening address
         #[arg(long, value_name = "NAME", num_args = 1..)]
-        pub control_host: Vec<String>,
+        pub control_host: Vec<String> [Process],
     }
 }
 
@@ -128,7 +128,7 @@ flag_group! {
         pub serial_dir: Option<PathBuf>,
         /// Serve HOST on this serial port of the computer, such as /dev/ttyUSB0 or COM3
         #[arg(long, value_name = "PORT", value_parser = serial_device())]
-        pub serial_host: Option<PathBuf>,
+        pub serial_host: Option<PathBuf> [Device],
         /// Serve HOST by RFC 2217 at ADDRESS:PORT or at this port; 0 chooses a free one
         #[arg(long, value_name = "ADDR")]
         pub serial_host_rfc2217: Option<ListenAt>,
@@ -137,7 +137,7 @@ flag_group! {
         pub serial_host_tcp: Option<ListenAt>,
         /// Serve COM1 on this serial port of the computer
         #[arg(long, value_name = "PORT", value_parser = serial_device())]
-        pub serial_com1: Option<PathBuf>,
+        pub serial_com1: Option<PathBuf> [Device],
         /// Serve COM1 by RFC 2217 at ADDRESS:PORT or at this port
         #[arg(long, value_name = "ADDR")]
         pub serial_com1_rfc2217: Option<ListenAt>,
@@ -154,11 +154,11 @@ flag_group! {
         /// Run this many robots in this process: robot-1, robot-2, ... at the address of --listen and those after it;
         /// `{robot}` in a path is the name
         #[arg(long, value_name = "N", value_parser = robot_count)]
-        pub robots: Option<u32>,
+        pub robots: Option<u32> [Process],
         /// Arm: ts3100-tv800, tsl3000-thl400, tsl3000-thl400-4, tsl3000-thl300, scara-600, or the .toml file of a model
         /// of your own [default: ts3100-tv800]
         #[arg(long, value_name = "MODEL")]
-        pub model: Option<ModelChoice>,
+        pub model: Option<ModelChoice> [Shared],
         /// Controller type [default: ts3100]
         #[arg(long, value_name = "TYPE", value_parser = described(CONTROLLERS))]
         pub controller: Option<ControllerType>,
@@ -177,13 +177,13 @@ flag_group! {
         pub dialect: Option<Dialect>,
         /// Override a named option, such as text.stx=required; `--set help` lists them (repeatable)
         #[arg(long, value_name = "KEY=VALUE")]
-        pub set: Vec<String>,
+        pub set: Vec<String> [NotInFile],
         /// Answer like the controller of this file of `ts3100 survey`: its options, its arm, and how long its answers take
         #[arg(long, value_name = "FILE")]
-        pub like: Option<PathBuf>,
+        pub like: Option<PathBuf> [Shared],
         /// Use these permission tables instead of those of the manual
         #[arg(long, value_name = "FILE")]
-        pub permissions: Option<PathBuf>,
+        pub permissions: Option<PathBuf> [Shared],
     }
 }
 
@@ -196,23 +196,23 @@ flag_group! {
         pub drive: Option<PathBuf>,
         /// Put files on the RAM drive; pick.scol becomes PICK
         #[arg(long, value_name = "FILE", num_args = 1..)]
-        pub load: Vec<PathBuf>,
+        pub load: Vec<PathBuf> [Shared],
         /// Select this file of the RAM drive
         #[arg(long, value_name = "NAME")]
         pub select: Option<String>,
         /// Points taught on the controller: a CSV file of NAME,X,Y,Z,C,T,CONFIG (six axes:
         /// NAME,X,Y,Z,A,B,C,U,V,CONFIG)
         #[arg(long, value_name = "FILE")]
-        pub points: Option<PathBuf>,
+        pub points: Option<PathBuf> [Shared],
         /// Start from this snapshot; options, arm, files and selection come from it
         #[arg(long, value_name = "FILE")]
-        pub restore: Option<PathBuf>,
+        pub restore: Option<PathBuf> [Shared],
         /// Write a snapshot when the emulator ends
         #[arg(long, value_name = "FILE")]
-        pub snapshot_on_exit: Option<PathBuf>,
+        pub snapshot_on_exit: Option<PathBuf> [Process],
         /// Read these settings from a TOML file; named options go in its table `options`
         #[arg(long, value_name = "FILE")]
-        pub config: Option<PathBuf>,
+        pub config: Option<PathBuf> [Process, NotInFile],
     }
 }
 
@@ -236,10 +236,10 @@ flag_group! {
     pub struct FaultArgs {
         /// Inject a fault, KIND:key=value,...; `ts3100 faults list` shows the kinds (repeatable)
         #[arg(long, value_name = "SPEC")]
-        pub fault: Vec<String>,
+        pub fault: Vec<String> [Semicolons],
         /// Inject the faults of a TOML file, one table `[[fault]]` each
         #[arg(long, value_name = "FILE")]
-        pub faults: Option<PathBuf>,
+        pub faults: Option<PathBuf> [Shared],
         /// Seed of the random choices of faults [default: 0]
         #[arg(long, value_name = "N")]
         pub fault_seed: Option<u64>,
@@ -255,7 +255,7 @@ flag_group! {
     pub struct ScenarioArgs {
         /// Play this scenario; exit code 5 if it fails
         #[arg(long, value_name = "FILE")]
-        pub scenario: Option<PathBuf>,
+        pub scenario: Option<PathBuf> [Shared],
         /// Write the results of the scenario as JUnit XML
         #[arg(long, value_name = "FILE")]
         pub junit: Option<PathBuf>,
@@ -268,10 +268,10 @@ flag_group! {
     pub struct LogArgs {
         /// Log every text; twice: every byte
         #[arg(long, short, action = clap::ArgAction::Count)]
-        pub verbose: u8,
+        pub verbose: u8 [Process],
         /// Format of the log on stderr [default: text]
         #[arg(long, value_name = "FORMAT")]
-        pub log_format: Option<LogFormat>,
+        pub log_format: Option<LogFormat> [Process],
     }
 }
 
@@ -295,21 +295,25 @@ pub struct WireTable {
     pub to: String,
 }
 
-impl ServeArgs {
+impl NetworkArgs {
     /// Where the port numbers come from: ETHERNET.PAR and an offset, or the system.
     pub fn tcp_ports(&self) -> Ports {
-        match self.network.ports {
+        match self.ports {
             Some(PortSource::Auto) => Ports::Auto,
-            Some(PortSource::Parameter) | None => Ports::Offset(self.network.port_offset.unwrap_or(0)),
+            Some(PortSource::Parameter) | None => Ports::Offset(self.port_offset.unwrap_or(0)),
         }
     }
+}
 
+impl ServeArgs {
     /// These arguments; those not given are taken from the layer below. Named options and faults of the layer below come
     /// first, so that a later option of the same name wins.
     #[must_use]
     pub fn with_fallback(mut self, mut below: ServeArgs) -> ServeArgs {
         below.robot.set.append(&mut self.robot.set);
         below.variation.fault.append(&mut self.variation.fault);
+        below.robot_tables.append(&mut self.robot_tables);
+        below.wires.append(&mut self.wires);
         ServeArgs {
             network: self.network.or_below(below.network),
             control_interface: self.control_interface.or_below(below.control_interface),
@@ -321,8 +325,8 @@ impl ServeArgs {
             scenario: self.scenario.or_below(below.scenario),
             reports: self.reports.or_below(below.reports),
             log: self.log.or_below(below.log),
-            robot_tables: self.robot_tables.or_below(below.robot_tables),
-            wires: self.wires.or_below(below.wires),
+            robot_tables: below.robot_tables,
+            wires: below.wires,
         }
     }
 
@@ -331,22 +335,51 @@ impl ServeArgs {
     /// # Errors
     pub fn from_words(words: &[OsString]) -> Result<ServeArgs, clap::Error> {
         let mut args = ServeArgs::default();
-        flag_group::read(
-            words,
-            [
-                &mut args.network,
-                &mut args.control_interface,
-                &mut args.serial,
-                &mut args.robot,
-                &mut args.files,
-                &mut args.clock,
-                &mut args.variation,
-                &mut args.scenario,
-                &mut args.reports,
-                &mut args.log,
-            ],
-        )?;
+        flag_group::read(words, args.groups())?;
         Ok(args)
+    }
+
+    /// Every flag, in the order of the help.
+    pub fn flags() -> impl Iterator<Item = &'static Flag> {
+        let mut args = ServeArgs::default();
+        args.groups().map(|group| group.flags()).into_iter().flatten()
+    }
+
+    /// The flags that are keys of the file.
+    pub fn keys_of_file() -> impl Iterator<Item = &'static Flag> {
+        ServeArgs::flags().filter(|flag| !flag.is(Mark::NotInFile))
+    }
+
+    /// The flags that are keys of a table `[[robot]]`.
+    pub fn keys_of_robot() -> impl Iterator<Item = &'static Flag> {
+        ServeArgs::keys_of_file().filter(|flag| !flag.is(Mark::Process))
+    }
+
+    /// The flags that name files or devices, with each of them.
+    pub fn paths(&mut self) -> impl Iterator<Item = (&'static Flag, &mut PathBuf)> {
+        self.groups().into_iter().flat_map(FlagGroup::paths)
+    }
+
+    /// Makes files relative to the directory of the file that names them.
+    pub fn resolve(&mut self, file: &Path) {
+        for group in self.groups() {
+            group.resolve(file);
+        }
+    }
+
+    fn groups(&mut self) -> [&mut dyn FlagGroup; 10] {
+        [
+            &mut self.network,
+            &mut self.control_interface,
+            &mut self.serial,
+            &mut self.robot,
+            &mut self.files,
+            &mut self.clock,
+            &mut self.variation,
+            &mut self.scenario,
+            &mut self.reports,
+            &mut self.log,
+        ]
     }
 }
 

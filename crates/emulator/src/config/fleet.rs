@@ -3,17 +3,17 @@
 //!
 //! Every error in any of them is found before the first port opens.
 
-use super::args::{PortSource, RobotTable, WireTable};
-use super::model::ModelChoice;
+use super::args::{ControlArgs, NetworkArgs, PortSource, RobotTable, WireTable};
+use super::flag_group::Mark;
 use super::{ConfigError, ServeArgs, Settings};
-use std::borrow::Cow;
 use std::collections::{BTreeMap, BTreeSet};
 use std::net::IpAddr;
 use std::path::{Path, PathBuf};
+use std::sync::OnceLock;
+use tracing::{Span, error_span};
 use ts3100_control::{ControlChoice, ControlSettings};
 use ts3100_controller::action::IoKind;
 use ts3100_controller::signals::{LINE_NUMBERS, Signals};
-use ts3100_driver::clock::{TimeGap, TimeMode};
 use ts3100_driver::world::{Wire, WireEnd};
 use ts3100_proto::words::{UnexpectedWord, did_you_mean};
 
@@ -23,33 +23,6 @@ const PLACEHOLDER: &str = "{robot}";
 const MAX_NAME: usize = 32;
 /// Name of the world outside of the robots, in a wire.
 const OUTSIDE: &str = "outside";
-/// Keys of files that several robots may share: they are only read, or one file has the state of each.
-const SHARED: [&str; 9] = [
-    "faults",
-    "like",
-    "load",
-    "model",
-    "permissions",
-    "points",
-    "restore",
-    "scenario",
-    "snapshot-on-exit",
-];
-/// Keys that belong to the process, not to a robot.
-pub(super) const OF_PROCESS: [&str; 12] = [
-    "config",
-    "control",
-    "control-host",
-    "control-open",
-    "control-token",
-    "control-token-file",
-    "log-format",
-    "port-step",
-    "ready-json",
-    "robots",
-    "snapshot-on-exit",
-    "verbose",
-];
 
 /// The robots of a process.
 #[derive(Debug, Clone)]
@@ -58,11 +31,15 @@ pub struct FleetConfig {
     common: ServeArgs,
     /// Name and arguments of each; empty if they are only numbered.
     tables: Vec<RobotTable>,
-    count: usize,
+    /// Whether they are a list. The name of a robot that is not one of a list is not written, and its settings are those
+    /// of the arguments.
+    is_list: bool,
+    /// The settings of each robot, made when they are first asked for.
+    settings: Vec<OnceLock<Box<Settings>>>,
     /// The wires between them.
     pub wires: Vec<Wire>,
-    /// The settings of a robot that is not one of a list: its name and what makes robots of a list differ are not written.
-    only: Option<Box<Settings>>,
+    /// The control interface of the process, if there is one.
+    pub control: Option<ControlSettings>,
 }
 
 fn refused(reason: impl Into<String>) -> ConfigError {
@@ -73,16 +50,19 @@ impl FleetConfig {
     /// The robots that the arguments ask for; without a list of them a single one.
     ///
     /// # Errors
-    /// Names, addresses, files or wires that do not go together, or what is wrong with a robot of a table.
+    /// Names, addresses, files or wires that do not go together, or what is wrong with a robot of a table or the control
+    /// interface.
     pub fn from_args(args: &ServeArgs) -> Result<FleetConfig, ConfigError> {
         if args.robot.robots.is_none() && args.robot_tables.is_empty() && args.wires.is_empty() {
+            let settings = Settings::from_args(args)?;
             return Ok(FleetConfig {
                 // It has nothing in common with others, and a copy would cost each start.
                 common: ServeArgs::default(),
                 tables: Vec::new(),
-                count: 1,
+                is_list: false,
                 wires: Vec::new(),
-                only: Some(Box::new(Settings::from_args(args)?)),
+                control: settings.control.clone(),
+                settings: vec![OnceLock::from(Box::new(settings))],
             });
         }
         let mut common = args.clone();
@@ -103,16 +83,18 @@ impl FleetConfig {
         let mut fleet = FleetConfig {
             common,
             tables,
-            count,
+            is_list: true,
+            settings: std::iter::repeat_with(OnceLock::new).take(count).collect(),
             wires: Vec::new(),
-            only: None,
+            control: None,
         };
         fleet.check_network()?;
         fleet.check_files()?;
+        fleet.control = super::control_settings(&fleet.common)?;
         // Those that are only numbered differ in nothing that can be wrong.
         let checked = if fleet.tables.is_empty() { 1 } else { count };
         for index in 0..checked {
-            let settings = Settings::from_args(&fleet.args(index));
+            let settings = fleet.settings(index);
             settings.map_err(|error| refused(format!("{}: {error}", fleet.name(index))))?;
         }
         for table in &wires {
@@ -139,12 +121,25 @@ impl FleetConfig {
 
     /// The settings of a robot that is not one of a list.
     pub fn only(&self) -> Option<&Settings> {
-        self.only.as_deref()
+        self.settings(0).ok().filter(|_| !self.is_list)
+    }
+
+    /// Whether the robots are a list, even if it is one of a single robot.
+    pub fn is_list(&self) -> bool {
+        self.is_list
+    }
+
+    /// Names the robot in the lines of the log, if it is one of a list.
+    pub fn span(&self, index: usize) -> Span {
+        if !self.is_list {
+            return Span::none();
+        }
+        error_span!("robot", robot = %self.name(index))
     }
 
     /// Number of robots.
     pub fn count(&self) -> usize {
-        self.count
+        self.settings.len()
     }
 
     /// The name of a robot.
@@ -159,58 +154,68 @@ impl FleetConfig {
             return self.tables.iter().position(|table| table.name == name);
         }
         let number: usize = name.strip_prefix("robot-")?.parse().ok()?;
-        let index = number.checked_sub(1).filter(|index| *index < self.count)?;
+        let index = number.checked_sub(1).filter(|index| *index < self.count())?;
         (self.name(index) == name).then_some(index)
     }
 
+    /// Where a robot of a list listens: at a place of its own, which its table names or its number decides.
+    pub fn network(&self, index: usize) -> NetworkArgs {
+        let table = self.tables.get(index);
+        let table = table.map(|table| table.args.network.clone()).unwrap_or_default();
+        let has_place = table.listen.is_some() || table.port_offset.is_some() || table.ports.is_some();
+        let mut network = table.or_below(self.common.network.clone());
+        if has_place {
+            return network;
+        }
+        let number = u32::try_from(index).unwrap_or(u32::MAX);
+        if let Some(step) = network.port_step {
+            let offset = u32::from(network.port_offset.unwrap_or(0)) + u32::from(step) * number;
+            network.port_offset = Some(u16::try_from(offset).unwrap_or(u16::MAX));
+        } else if network.ports != Some(PortSource::Auto) {
+            let first = network.listen.unwrap_or(Settings::LISTEN);
+            network.listen = Some(address_after(first, number));
+        }
+        network
+    }
+
     /// The arguments of one robot of a list.
-    pub fn args(&self, index: usize) -> ServeArgs {
+    fn args(&self, index: usize) -> ServeArgs {
         let table = self.tables.get(index);
         let table = table.map(|table| table.args.clone()).unwrap_or_default();
-        let has_place = table.network.listen.is_some()
-            || table.network.port_offset.is_some()
-            || table.network.ports.is_some();
         let mut args = table.with_fallback(self.common.clone());
-        if !has_place {
-            let number = u32::try_from(index).unwrap_or(u32::MAX);
-            if let Some(step) = self.common.network.port_step {
-                let offset = u32::from(args.network.port_offset.unwrap_or(0)) + u32::from(step) * number;
-                args.network.port_offset = Some(u16::try_from(offset).unwrap_or(u16::MAX));
-            } else if args.network.ports != Some(PortSource::Auto) {
-                args.network.listen = Some(address_after(
-                    args.network.listen.unwrap_or(Settings::LISTEN),
-                    number,
-                ));
-            }
-        }
+        args.network = self.network(index);
         if self.tables.is_empty() && args.files.restore.is_none() {
             // Otherwise all robots would have the same luck.
             let number = index as u64;
             args.variation.fault_seed = Some(args.variation.fault_seed.unwrap_or(0).wrapping_add(number));
             args.variation.vary = args.variation.vary.map(|seed| seed.after(number));
         }
-        // The process has one control interface, wherever that is.
-        let control = &mut args.control_interface.control;
-        if *control != Some(ControlChoice::Off) {
-            *control = Some(ControlChoice::Address(ControlSettings::free().address));
-        }
+        // The process has it.
+        args.control_interface = ControlArgs {
+            control: Some(ControlChoice::Off),
+            ..ControlArgs::default()
+        };
         let name = self.name(index);
-        for (_, path) in paths(&mut args) {
+        for (_, path) in args.paths() {
             *path = with_name(path, &name);
         }
         args
     }
 
-    /// The settings of one robot.
+    /// The settings of one robot. They are made once; those of a robot that nobody uses are not.
     ///
     /// # Errors
     /// See [`Settings::from_args`].
-    pub fn settings(&self, index: usize) -> Result<Cow<'_, Settings>, ConfigError> {
-        if let Some(only) = &self.only {
-            return Ok(Cow::Borrowed(only));
+    pub fn settings(&self, index: usize) -> Result<&Settings, ConfigError> {
+        let slot = self.settings.get(index);
+        let slot = slot.ok_or_else(|| refused(format!("there is no {}", self.name(index))))?;
+        if let Some(settings) = slot.get() {
+            return Ok(settings);
         }
+        let _named = self.span(index).entered();
         let args = self.args(index);
         let mut settings = Settings::from_args(&args)?;
+        settings.control.clone_from(&self.control);
         let restored = self.restored_for_all();
         if restored.is_some() && args.files.restore.as_deref() == restored {
             settings.restored_as = Some(self.name(index));
@@ -219,30 +224,19 @@ impl FleetConfig {
         if self.snapshot_of_all().is_some() {
             settings.files.snapshot_on_exit = None;
         }
-        Ok(Cow::Owned(settings))
+        Ok(slot.get_or_init(|| Box::new(settings)))
     }
 
     /// The file for the last state of all robots, if one is asked for.
     pub fn snapshot_of_all(&self) -> Option<&Path> {
         let path = self.common.files.snapshot_on_exit.as_deref();
-        path.filter(|path| self.only.is_none() && is_of_all(path))
+        path.filter(|path| self.is_list && is_of_all(path))
     }
 
     /// The file with the initial state of all robots, if there is one.
     pub fn restored_for_all(&self) -> Option<&Path> {
         let path = self.common.files.restore.as_deref();
-        path.filter(|path| self.only.is_none() && is_of_all(path))
-    }
-
-    /// The control interface of the process, if there is one.
-    ///
-    /// # Errors
-    /// See [`super::control_settings`].
-    pub fn control(&self) -> Result<Option<ControlSettings>, ConfigError> {
-        if let Some(only) = &self.only {
-            return Ok(only.control.clone());
-        }
-        super::control_settings(&self.common, self.common.tcp_ports())
+        path.filter(|path| self.is_list && is_of_all(path))
     }
 
     /// The robot at an address, if each has its own.
@@ -254,7 +248,7 @@ impl FleetConfig {
             (IpAddr::V6(first), IpAddr::V6(address)) => u128::from(address).checked_sub(u128::from(first))?,
             _ => return None,
         };
-        usize::try_from(number).ok().filter(|index| *index < self.count)
+        usize::try_from(number).ok().filter(|index| *index < self.count())
     }
 
     /// Whether each robot is at an address of its own, with the same ports.
@@ -262,12 +256,12 @@ impl FleetConfig {
         self.tables.is_empty()
             && self.common.network.port_step.is_none()
             && self.common.network.ports != Some(PortSource::Auto)
-            && self.count > 1
+            && self.count() > 1
     }
 
     fn check_network(&self) -> Result<(), ConfigError> {
         let args = &self.common;
-        let last = u32::try_from(self.count.saturating_sub(1)).unwrap_or(u32::MAX);
+        let last = u32::try_from(self.count().saturating_sub(1)).unwrap_or(u32::MAX);
         if let Some(step) = args.network.port_step {
             if args.network.ports == Some(PortSource::Auto) {
                 return Err(refused(
@@ -300,16 +294,16 @@ impl FleetConfig {
         let Some(first) = robots.next() else {
             return Ok(());
         };
-        let name = self.name(first);
-        let (time, gap) = self.time_of(first);
+        let (name, settings) = (self.name(first), self.settings(first)?);
         for index in robots {
-            let (other, (its_time, its_gap)) = (self.name(index), self.time_of(index));
-            if its_time != time {
+            let (other, its) = (self.name(index), self.settings(index)?);
+            if its.time != settings.time {
                 return Err(refused(format!(
-                    "robots that wires join have one time: {name} has `{time}`, {other} has `{its_time}`"
+                    "robots that wires join have one time: {name} has `{}`, {other} has `{}`",
+                    settings.time, its.time
                 )));
             }
-            if its_gap != gap {
+            if its.time_gap != settings.time_gap {
                 return Err(refused(format!(
                     "robots that wires join have one time-gap: {name} and {other} have different ones"
                 )));
@@ -318,31 +312,19 @@ impl FleetConfig {
         Ok(())
     }
 
-    /// Time mode of a robot, and its treatment of gaps.
-    pub fn time_of(&self, index: usize) -> (TimeMode, TimeGap) {
-        if let Some(only) = &self.only {
-            return (only.time, only.time_gap);
-        }
-        let clock = self.args(index).clock;
-        (clock.time.unwrap_or_default(), clock.time_gap.unwrap_or_default())
-    }
-
     /// Refuses a file that two robots would write.
     fn check_files(&self) -> Result<(), ConfigError> {
-        let mut owners: BTreeMap<(&'static str, PathBuf), String> = BTreeMap::new();
+        let mut owners: BTreeMap<(String, PathBuf), String> = BTreeMap::new();
         // Those that are only numbered are all alike: the first two tell enough.
-        let compared = if self.tables.is_empty() {
-            self.count.min(2)
-        } else {
-            self.count
-        };
-        for index in 0..compared {
+        let compared = if self.tables.is_empty() { 2 } else { usize::MAX };
+        for index in 0..self.count().min(compared) {
             let (name, mut args) = (self.name(index), self.args(index));
-            for (key, path) in paths(&mut args) {
-                if SHARED.contains(&key) {
-                    continue;
-                }
-                if let Some(other) = owners.insert((key, path.clone()), name.clone()) {
+            let own = args
+                .paths()
+                .filter(|(flag, _)| !flag.is(Mark::Shared) && !flag.is(Mark::Process));
+            for (flag, path) in own {
+                let key = flag.key();
+                if let Some(other) = owners.insert((key.clone(), path.clone()), name.clone()) {
                     return Err(refused(format!(
                         "--{key} {}: {other} and {name} cannot use the same; put `{PLACEHOLDER}` in the path, which \
                          becomes the name of the robot",
@@ -384,7 +366,7 @@ impl FleetConfig {
             return Ok(WireEnd::Outside(rest.to_owned()));
         }
         let robot = self.index(name).ok_or_else(|| {
-            let names: Vec<String> = (0..self.count).map(|index| self.name(index)).collect();
+            let names: Vec<String> = (0..self.count()).map(|index| self.name(index)).collect();
             WireEndError::Robot(
                 name.to_owned(),
                 did_you_mean(name, names.iter().map(String::as_str)),
@@ -423,39 +405,6 @@ pub fn junit_files(args: &ServeArgs) -> BTreeSet<PathBuf> {
 /// The name of a robot without a table.
 fn numbered(index: usize) -> String {
     format!("robot-{}", index + 1)
-}
-
-/// The files and directories of a robot with their keys.
-fn paths(args: &mut ServeArgs) -> impl Iterator<Item = (&'static str, &mut PathBuf)> {
-    let reports = &mut args.reports;
-    let transcripts = reports.transcript.iter_mut().map(|file| &mut file.path);
-    let models = args.robot.model.iter_mut().filter_map(ModelChoice::path_mut);
-    let paths: [(_, Vec<_>); 19] = [
-        ("coverage", reports.coverage.iter_mut().collect()),
-        ("drive", args.files.drive.iter_mut().collect()),
-        ("faults", args.variation.faults.iter_mut().collect()),
-        ("findings", reports.findings.iter_mut().collect()),
-        ("junit", args.scenario.junit.iter_mut().collect()),
-        ("lcov", reports.lcov.iter_mut().collect()),
-        ("like", args.robot.like.iter_mut().collect()),
-        ("load", args.files.load.iter_mut().collect()),
-        ("model", models.collect()),
-        ("permissions", args.robot.permissions.iter_mut().collect()),
-        ("points", args.files.points.iter_mut().collect()),
-        ("report", reports.report.iter_mut().collect()),
-        ("restore", args.files.restore.iter_mut().collect()),
-        ("scenario", args.scenario.scenario.iter_mut().collect()),
-        ("serial-com1", args.serial.serial_com1.iter_mut().collect()),
-        ("serial-dir", args.serial.serial_dir.iter_mut().collect()),
-        ("serial-host", args.serial.serial_host.iter_mut().collect()),
-        (
-            "snapshot-on-exit",
-            args.files.snapshot_on_exit.iter_mut().collect(),
-        ),
-        ("transcript", transcripts.collect()),
-    ];
-    let each = paths.into_iter();
-    each.flat_map(|(key, paths)| paths.into_iter().map(move |path| (key, path)))
 }
 
 fn with_name(path: &Path, name: &str) -> PathBuf {

@@ -1,22 +1,19 @@
 //! Reads the layers of the configuration: environment variables and TOML keys are turned into flags, which clap
 //! then parses.
 //!
-//! [`super::args`] defines what a key means. This module only knows which keys are lists and which are paths relative
-//! to the file.
+//! [`super::args`] defines what a key means, which keys are lists, and which name files.
 
 use super::ServeArgs;
 use super::args::{RobotTable, WireTable};
 use super::error::{ConfigError, read_text};
 use super::exported;
-use super::fleet;
-use super::model::ModelChoice;
-use clap::Args;
+use super::flag_group::{Flag, Mark};
+use clap::Args as _;
 use clap::error::{ContextKind, ContextValue};
-use std::cell::LazyCell;
 use std::collections::BTreeMap;
 use std::error::Error as _;
 use std::ffi::OsString;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use toml::de::DeTable;
 use toml::{Table, Value};
 use ts3100_proto::words::did_you_mean;
@@ -53,7 +50,6 @@ pub fn read(flags: ServeArgs, environment: &Environment) -> Result<(ServeArgs, V
 fn read_environment(environment: &Environment) -> Result<(ServeArgs, Vec<String>), ConfigError> {
     let mut merged = ServeArgs::default();
     let mut unknown = Vec::new();
-    let known = LazyCell::new(known_keys);
     for (name, value) in environment {
         let Some(name) = name.to_str().filter(|name| name.starts_with(PREFIX)) else {
             continue;
@@ -62,25 +58,16 @@ fn read_environment(environment: &Environment) -> Result<(ServeArgs, Vec<String>
         if exported::is_exported(name) {
             continue;
         }
-        if !known.contains(&key) {
-            unknown.push(unknown_variable(name, &known));
-            continue;
+        match ServeArgs::flags().find(|flag| flag.key() == key) {
+            Some(flag) => merged = read_key(name, &key, &flag.split(value))?.with_fallback(merged),
+            None => unknown.push(unknown_variable(name)),
         }
-        let values = match key.as_str() {
-            "load" | "transcript" | "report" | "findings" | "coverage" => std::env::split_paths(value)
-                .map(PathBuf::into_os_string)
-                .collect(),
-            "fault" => value.to_string_lossy().split(';').map(OsString::from).collect(),
-            "set" | "control-host" => value.to_string_lossy().split(',').map(OsString::from).collect(),
-            _ => vec![value.clone()],
-        };
-        merged = read_key(name, &key, &values)?.with_fallback(merged);
     }
     Ok((merged, unknown))
 }
 
-fn unknown_variable(name: &str, known: &[String]) -> String {
-    let variables: Vec<String> = known.iter().map(|key| variable(key)).collect();
+fn unknown_variable(name: &str) -> String {
+    let variables: Vec<String> = ServeArgs::flags().map(|flag| variable(&flag.key())).collect();
     let hint = did_you_mean(name, variables.iter().map(String::as_str));
     format!("ignoring unknown environment variable {name}{hint}")
 }
@@ -105,15 +92,12 @@ fn read_file(path: &Path) -> Result<ServeArgs, ConfigError> {
     let mut table: Table = text
         .parse()
         .map_err(|error: toml::de::Error| ConfigError::invalid(path.display(), error))?;
-    let mut known = known_keys();
-    known.retain(|key| key != "config" && key != "set");
     let robots = fleet_tables(path, &mut table, "robot")?;
     let wires = fleet_tables(path, &mut table, "wire")?;
-    let mut merged = read_keys(path, &table, &known, false, |key| place(path, &text, key))?;
-    known.retain(|key| !fleet::OF_PROCESS.contains(&key.as_str()));
+    let mut merged = read_keys(path, &table, false, |key| place(path, &text, key))?;
     for (origin, mut table) in robots {
         let name = text_of(&origin, &mut table, "name")?;
-        let args = read_keys(path, &table, &known, true, |_| format!("{origin} ({name})"))?;
+        let args = read_keys(path, &table, true, |_| format!("{origin} ({name})"))?;
         merged.robot_tables.push(RobotTable { name, args });
     }
     for (origin, mut table) in wires {
@@ -160,7 +144,6 @@ fn text_of(origin: &str, table: &mut Table, key: &str) -> Result<String, ConfigE
 fn read_keys(
     path: &Path,
     table: &Table,
-    known: &[String],
     is_robot: bool,
     origin_of: impl Fn(&str) -> String,
 ) -> Result<ServeArgs, ConfigError> {
@@ -175,43 +158,35 @@ fn read_keys(
             merged.robot.set.extend(flatten(&origin, "", table, 1)?);
             continue;
         }
-        let flag = key.replace('_', "-");
-        if is_robot && fleet::OF_PROCESS.contains(&flag.as_str()) {
+        let name = key.replace('_', "-");
+        let flag = ServeArgs::keys_of_file()
+            .find(|flag| flag.key() == name)
+            .ok_or_else(|| {
+                let known: Vec<String> = match is_robot {
+                    true => ServeArgs::keys_of_robot().map(Flag::key).collect(),
+                    false => ServeArgs::keys_of_file().map(Flag::key).collect(),
+                };
+                let others: &[&str] = if is_robot { &["name"] } else { &["robot", "wire"] };
+                let keys = known.iter().map(String::as_str).chain(["options"]);
+                let hint = did_you_mean(&name, keys.chain(others.iter().copied()));
+                ConfigError::invalid(&origin, format!("unknown key `{key}`{hint}"))
+            })?;
+        if is_robot && flag.is(Mark::Process) {
             let reason = format!("`{key}` is for the whole process: put it above the first [[robot]]");
             return Err(ConfigError::invalid(origin, reason));
-        }
-        if !known.contains(&flag) {
-            let keys = known.iter().map(String::as_str).chain(["options"]);
-            let others: &[&str] = if is_robot { &["name"] } else { &["robot", "wire"] };
-            let hint = did_you_mean(&flag, keys.chain(others.iter().copied()));
-            return Err(ConfigError::invalid(origin, format!("unknown key `{key}`{hint}")));
         }
         let values = value
             .as_array()
             .map_or(std::slice::from_ref(value), Vec::as_slice);
-        let values = values.iter().map(|value| scalar(&origin, key, value));
-        let values = values.map(|value| Ok(resolve_path(path, &flag, value?)));
+        let values = values
+            .iter()
+            .map(|value| scalar(&origin, key, value).map(OsString::from));
         let values: Vec<OsString> = values.collect::<Result<_, ConfigError>>()?;
-        merged = read_key(&origin, &flag, &values)?.with_fallback(merged);
+        let mut args = read_key(&origin, &name, &values)?;
+        args.resolve(path);
+        merged = args.with_fallback(merged);
     }
     Ok(merged)
-}
-
-/// Makes a path in the TOML file relative to the directory of that file.
-fn resolve_path(file: &Path, flag: &str, value: String) -> OsString {
-    match (flag, file.parent()) {
-        (
-            "drive" | "like" | "load" | "permissions" | "points" | "serial-dir" | "transcript" | "findings"
-            | "coverage" | "lcov" | "control-token-file" | "faults" | "report" | "scenario" | "junit"
-            | "restore" | "snapshot-on-exit",
-            Some(directory),
-        ) => directory.join(value).into_os_string(),
-        // A name is no path.
-        ("model", Some(directory)) if matches!(value.parse(), Ok(ModelChoice::File(_))) => {
-            directory.join(value).into_os_string()
-        }
-        _ => value.into(),
-    }
 }
 
 fn scalar(origin: &str, key: &str, value: &Value) -> Result<String, ConfigError> {
@@ -285,13 +260,6 @@ fn value_message(key: &str, error: &clap::Error) -> String {
 
 pub(super) fn serve_command() -> clap::Command {
     ServeArgs::augment_args(clap::Command::new("serve").disable_help_flag(true))
-}
-
-pub(super) fn known_keys() -> Vec<String> {
-    serve_command()
-        .get_arguments()
-        .filter_map(|argument| argument.get_long().map(str::to_owned))
-        .collect()
 }
 
 /// The part of clap's message that names the error. Its usage hints are about a command line, not a file.

@@ -5,7 +5,7 @@
 pub mod faults;
 pub mod scenario;
 
-use super::fleet;
+use super::ServeArgs;
 use super::layers::serve_command;
 pub use super::layers::variable;
 use super::options::{OPTIONS, Values};
@@ -15,8 +15,6 @@ use std::any::TypeId;
 use std::path::PathBuf;
 use ts3100_controller::Dialect;
 
-/// Keys of the command line that the file cannot have: itself, and the options, which have a table there.
-const NOT_IN_FILES: [&str; 2] = ["config", "set"];
 /// The dialect of the schemas.
 const DRAFT: &str = "https://json-schema.org/draft/2020-12/schema";
 /// Pattern of the value of an option that is a duration.
@@ -62,8 +60,8 @@ pub struct Key {
 pub fn keys() -> Vec<Key> {
     let command = serve_command();
     let keys = command.get_arguments().filter_map(key);
-    keys.filter(|key| !NOT_IN_FILES.contains(&key.name.as_str()))
-        .collect()
+    let is_in_file = |key: &Key| ServeArgs::keys_of_file().any(|flag| flag.key() == key.name);
+    keys.filter(is_in_file).collect()
 }
 
 fn key(argument: &Arg) -> Option<Key> {
@@ -133,7 +131,7 @@ pub fn schema() -> Value {
         .collect();
     properties.insert("options".to_owned(), options_schema());
     let mut of_robot = properties.clone();
-    of_robot.retain(|key, _| !fleet::OF_PROCESS.contains(&key.as_str()));
+    of_robot.retain(|key, _| key == "options" || ServeArgs::keys_of_robot().any(|flag| flag.key() == *key));
     of_robot.insert(
         "name".to_owned(),
         json!({ "type": "string", "pattern": "^[A-Za-z0-9_-]{1,32}$", "description": "Its name" }),

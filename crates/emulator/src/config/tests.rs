@@ -1,10 +1,12 @@
 //! Tests of the configuration: which layer wins, what is refused, and the messages that say so.
 
 use super::args::PortSource;
+use super::flag_group::{self, Flag, FlagGroup as _, Mark, flag_group};
 use super::*;
 use crate::testing::TempDir;
 use clap::Parser;
 use clap::error::ErrorKind;
+use std::path::Path;
 use std::time::Duration;
 use ts3100_controller::options::{Dialect, SfTexts, UnsolicitedSp};
 use ts3100_proto::text::StxRule;
@@ -169,6 +171,11 @@ fn what_is_not_understood_is_refused_with_its_place() {
             "port-offset: expected a text, a number or true/false, found table",
         ),
         ("options = 3", "options: expected a table, found integer"),
+        ("drive = \"\"", "drive: expected a path, found ``"),
+        (
+            "transcript = \"a.doc\"",
+            "transcript: expected a name that ends in .txt, .jsonl or .pcapng, found `a.doc`",
+        ),
         ("verbose = true", "verbose: expected 0, 1 or 2, found `true`"),
         ("a = = 2", "TOML parse error at line 1"),
     ] {
@@ -306,9 +313,13 @@ fn points_are_read_for_the_model_from_every_layer() {
 }
 
 #[test]
-fn the_group_of_each_flag_knows_it() {
+fn the_table_of_flags_is_that_of_the_command_line() {
     let kind = |word: &str| ServeArgs::from_words(&[word.into()]).map_err(|error| error.kind());
-    for key in super::layers::known_keys() {
+    let command = super::layers::serve_command();
+    let defined = command.get_arguments().filter_map(|flag| flag.get_long());
+    let flags: Vec<String> = ServeArgs::flags().map(Flag::key).collect();
+    assert_eq!(flags, defined.collect::<Vec<_>>());
+    for key in flags {
         let read = kind(&format!("--{key}"));
         assert_ne!(read.err(), Some(ErrorKind::UnknownArgument), "{key}");
         let read = kind(&format!("--{key}=no value of any flag?"));
@@ -317,6 +328,121 @@ fn the_group_of_each_flag_knows_it() {
     assert_eq!(kind("-vv").unwrap().log.verbose, 2);
     for wrong in ["--help", "-h", "--portz", "--port", "word"] {
         assert_eq!(kind(wrong).unwrap_err(), ErrorKind::UnknownArgument, "{wrong}");
+    }
+}
+
+flag_group! {
+    /// Flags that do not exist.
+    pub struct MadeUpArgs {
+        /// A file.
+        #[arg(long)]
+        pub blueprint: Option<PathBuf>,
+        /// Several of them.
+        #[arg(long)]
+        pub photos: Vec<PathBuf> [Shared],
+        /// A name or a file.
+        #[arg(long)]
+        pub gripper: Option<super::model::ModelChoice>,
+        /// A device.
+        #[arg(long)]
+        pub camera: Option<PathBuf> [Device],
+        /// No file.
+        #[arg(long)]
+        pub colours: Vec<String> [Process],
+        /// No file, either.
+        #[arg(long)]
+        pub recipes: Vec<String> [Semicolons],
+    }
+}
+
+/// What its definition says of a made-up flag is all there is to say: no other place knows its name.
+#[test]
+fn a_flag_says_beside_its_definition_what_it_is() {
+    let mut args = MadeUpArgs::default();
+    let flag = |key: &str| args.flags().iter().find(|flag| flag.key() == key).unwrap();
+    let split = |key: &str, value: &str| flag(key).split(value.as_ref());
+    let paths = std::env::join_paths(["a,1.png", "/b.png"]).unwrap();
+    let photos = split("photos", paths.to_str().unwrap());
+    assert_eq!(photos, ["a,1.png", "/b.png"]);
+    assert_eq!(split("colours", "red,blue"), ["red", "blue"]);
+    assert_eq!(split("recipes", "a,1;b,2"), ["a,1", "b,2"]);
+    assert_eq!(split("blueprint", "a,1;b,2"), ["a,1;b,2"]);
+    assert!(flag("photos").is(Mark::Shared) && !flag("photos").is(Mark::Process));
+    assert!(flag("colours").is(Mark::Process) && !flag("colours").is(Mark::Shared));
+
+    let words = [
+        "--blueprint=plan.dxf",
+        "--photos=a,1.png",
+        "--photos=/b.png",
+        "--gripper=own.toml",
+        "--camera=COM3",
+        "--colours=red",
+        "--recipes=a",
+    ];
+    flag_group::read(&words.map(Into::into), [&mut args]).unwrap();
+    args.resolve(Path::new("/cell/ts3100.toml"));
+    let found = args
+        .paths()
+        .into_iter()
+        .map(|(flag, path)| format!("{}={}", flag.key(), path.display()));
+    let files = [
+        "blueprint=/cell/plan.dxf",
+        "photos=/cell/a,1.png",
+        "photos=/b.png",
+        "gripper=/cell/own.toml",
+        "camera=COM3",
+    ];
+    assert_eq!(found.collect::<Vec<_>>(), files);
+    assert_eq!(
+        (args.colours, args.recipes),
+        (vec!["red".to_owned()], vec!["a".to_owned()])
+    );
+    let below = MadeUpArgs {
+        gripper: Some("scara-600".parse().unwrap()),
+        camera: Some("COM4".into()),
+        ..MadeUpArgs::default()
+    };
+    let mut merged = MadeUpArgs::default().or_below(below);
+    let found = merged.paths();
+    assert_eq!(found.len(), 1, "a name of a model is not a file");
+    assert_eq!(found[0].1, Path::new("COM4"));
+}
+
+#[test]
+fn every_file_that_the_configuration_names_is_relative_to_it() {
+    let directory = TempDir::new("relative");
+    // A value of each kind of file.
+    let file = |key: &str| match key {
+        "model" => "own.toml",
+        "transcript" => "a.txt",
+        _ => "a",
+    };
+    let is_text = |key: &super::schema::Key| {
+        use super::schema::Kind;
+        matches!(key.kind, Kind::Text | Kind::TextOrNumber)
+    };
+    let mut resolved = Vec::new();
+    for key in super::schema::keys().iter().filter(|key| is_text(key)) {
+        let name = key.name.as_str();
+        let value = file(name);
+        let path = directory.file("ts3100.toml", format!("{name} = \"{value}\"\n"));
+        let Ok((mut args, _)) = read(flags(&["--config", &path]), &Environment::new()) else {
+            continue;
+        };
+        for (flag, path) in args.paths().filter(|(flag, _)| flag.key() != "config") {
+            assert_eq!(*path, directory.path().join(value), "{name}");
+            resolved.push(flag.key());
+        }
+    }
+    for key in [
+        "drive",
+        "load",
+        "model",
+        "transcript",
+        "control-token-file",
+        "lcov",
+    ] {
+        assert!(resolved.iter().any(|known| known == key), "{key}: {resolved:?}");
     }
 }
 

@@ -2,7 +2,6 @@
 //! that the documents name exists.
 
 use super::*;
-use crate::config::layers::known_keys;
 use crate::config::{Environment, ServeArgs, Settings, read};
 use crate::testing::TempDir;
 use ts3100_controller::options::Dialect;
@@ -307,7 +306,7 @@ fn what_the_documents_name_exists() {
     let (mut options, mut links) = (Options::for_dialect(Dialect::Field), LinkOptions::default());
     for (name, values) in documented {
         if let Some(flag) = name.strip_prefix("--") {
-            assert!(known_keys().iter().any(|known| known == flag), "{name}");
+            assert!(ServeArgs::flags().any(|known| known.key() == flag), "{name}");
             continue;
         }
         assert!(OPTIONS.iter().any(|row| row.key == name), "{name}");
