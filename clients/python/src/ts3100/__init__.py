@@ -4,6 +4,7 @@
 or connects to one, and controls it from a test. The pytest plugin in `ts3100.pytest_plugin` has the fixtures `robot` and `host`.
 """
 
+from importlib.metadata import PackageNotFoundError as _PackageNotFoundError
 from importlib.metadata import version as _version
 
 from .binary import find_binary
@@ -14,7 +15,10 @@ from .records import (AlarmRecord, Coordinates, ExecutionStatus, FileEntry, Fram
                       Position, QuickStatus, RunMode, Status, TotalStatus, VariableType, Version)
 from .robot import Alarm, Clock, Event, Fault, Finding, Pose, Program, Reached, Robot
 
-__version__ = _version("ts3100")
+try:
+    __version__ = _version("ts3100")
+except _PackageNotFoundError:  # used from a clone, without being installed
+    __version__ = "0"
 
 __all__ = [
     "Alarm", "AlarmRecord", "AsyncHost", "Clock", "Coordinates", "Disconnected", "Error", "Event", "ExecutionStatus", "Fault",
