@@ -19,12 +19,12 @@ import subprocess
 import sys
 import tarfile
 import time
-import urllib.error
-import urllib.request
 
 sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "lib"))
 from container_engine import IMAGE, ROOT, build, docker, install, run, static_binary, succeeds  # noqa: E402
-from wire import Failed, Host, Line, equal, ok, true  # noqa: E402
+from emulator import answer  # noqa: E402
+from steps import Failed, equal, ok, program, true, until  # noqa: E402
+from wire import Host, Line  # noqa: E402
 
 NAME, VOLUME, OTHER = "ts3100-test-robot", "ts3100-test-drive", "ts3100-test-other"
 TOKEN = "only-for-this-test"
@@ -46,12 +46,13 @@ class Container:
 
     @classmethod
     def wait_until_healthy(cls):
-        end = time.monotonic() + HEALTHY_TIMEOUT
-        while cls.inspect("{{.State.Health.Status}}") != "healthy":
-            if time.monotonic() > end or cls.inspect("{{.State.Running}}") != "true":
-                raise Failed("the container is not healthy\n%s\n%s"
-                             % (cls.inspect("{{json .State}}"), run("docker", "logs", NAME)))
-            time.sleep(0.2)
+        def healthy():
+            if cls.inspect("{{.State.Running}}") != "true":
+                raise Failed("the container runs\n     found    %s" % run("docker", "logs", NAME))
+            return cls.inspect("{{.State.Health.Status}}") == "healthy"
+
+        until("the container is healthy", healthy, HEALTHY_TIMEOUT,
+              lambda: cls.inspect("{{json .State}}") + "\n" + run("docker", "logs", NAME), pause=0.2)
 
     @staticmethod
     def inspect(form):
@@ -63,22 +64,14 @@ class Container:
         return host, int(number)
 
     def call(self, path, token=None):
-        """Status and body of a GET of the control interface."""
-        request = urllib.request.Request("http://%s:%d%s" % (*self.address(3100), path))
-        if token:
-            request.add_header("Authorization", "Bearer " + token)
-        try:
-            with urllib.request.urlopen(request, timeout=5) as answer:
-                return answer.status, answer.read().decode()
-        except urllib.error.HTTPError as error:
-            return error.code, error.read().decode()
+        """Status and document of a GET of the control interface."""
+        return answer("http://%s:%d" % self.address(3100), path, token)
 
     def health_checked_again(self):
         """What the next health check says."""
         checks = "{{range .State.Health.Log}}{{.Start}} {{end}}"
-        before, end = self.inspect(checks), time.monotonic() + HEALTHY_TIMEOUT
-        while self.inspect(checks) == before and time.monotonic() < end:
-            time.sleep(0.2)
+        before = self.inspect(checks)
+        until("the next health check", lambda: self.inspect(checks) != before, HEALTHY_TIMEOUT, pause=0.2)
         return self.inspect("{{.State.Health.Status}}")
 
     @staticmethod
@@ -101,8 +94,8 @@ def job():
     ip0.command(b"RN")
     equal("what the program prints comes over the mapped port 1001", b"HELLO\r", ip1.until(b"\r"))
     equal("the control interface without its token", 401, robot.call("/state")[0])
-    status, body = robot.call("/state", TOKEN)
-    equal("the control interface with it", (200, "HELLO"), (status, json.loads(body)["file"]))
+    status, state = robot.call("/state", TOKEN)
+    equal("the control interface with it", (200, "HELLO"), (status, state["file"]))
     equal("with a host on IP0 it stays healthy", "healthy", robot.health_checked_again())
     equal("its user has no rights", "1000:1000", robot.inspect("{{.Config.User}}"))
     seconds, code = robot.stop()
@@ -195,11 +188,8 @@ def other_processor(binary):
     # The kernel would start qemu by itself where binfmt_misc is set up; the health check of the image needs that.
     run("docker", "run", "-d", "--name", NAME, "--platform", "linux/" + architecture, "--no-healthcheck", "-p", "127.0.0.1::1000",
         "-v", emulator + ":/qemu:ro", "--entrypoint", "/qemu", OTHER, "/usr/local/bin/ts3100", "serve", "--listen", "0.0.0.0")
-    end = time.monotonic() + HEALTHY_TIMEOUT
-    while "ready" not in run("docker", "logs", NAME):
-        if time.monotonic() > end:
-            raise Failed("the other robot does not start\n%s" % run("docker", "logs", NAME))
-        time.sleep(0.2)
+    until("the other robot starts", lambda: "ready" in run("docker", "logs", NAME), HEALTHY_TIMEOUT, lambda: run("docker", "logs", NAME),
+          pause=0.2)
     host = Host(Container.address(1000), True)
     host.command(b"SO")
     ok("a host talks to it")
@@ -218,26 +208,17 @@ def main():
     arguments.add_argument("--binary", help="a static ts3100 in place of one that is built")
     arguments.add_argument("--other", help="a static ts3100 for the other processor")
     arguments = arguments.parse_args()
-    try:
-        with docker():
-            build(arguments.binary or static_binary())
+    with docker():
+        build(arguments.binary or static_binary())
+        clean()
+        try:
+            for part in (image, job, flags, by_name, compose):
+                part()
+            if arguments.other:
+                other_processor(arguments.other)
+        finally:
             clean()
-            try:
-                image()
-                job()
-                flags()
-                by_name()
-                compose()
-                if arguments.other:
-                    other_processor(arguments.other)
-            finally:
-                clean()
-    except (Failed, OSError) as failed:
-        print("FAILED %s" % failed, file=sys.stderr)
-        return 1
-    print("the container serves, is looked after, and ends in order")
-    return 0
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    sys.exit(program(main))

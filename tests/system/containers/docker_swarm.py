@@ -17,34 +17,25 @@ import subprocess
 import sys
 import tempfile
 import time
-import urllib.error
-import urllib.request
 
 sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "lib"))
 import transport  # noqa: E402
 from container_engine import IMAGE, ROOT, build, docker, run, static_binary, succeeds  # noqa: E402
-from wire import Failed, Host, equal, ok, true  # noqa: E402
+from emulator import answer  # noqa: E402
+from steps import Failed, equal, ok, program, true, until  # noqa: E402
+from wire import Host  # noqa: E402
 
 STACK, SECRET, LABEL, PYTHON = "ts3100-test", "ts3100-control-token", "ts3100-test", "ts3100-test-python"
 SERVICE, NETWORK = STACK + "_robot", STACK + "_robots"
 NAMES = ["robot-1", "robot-2", "robot-3"]
 KILLED = 2
 TOKEN = "only-for-this-test"
+CONTROL = "http://%s:3100"
 STARTED_TIMEOUT = 90
 BACK_TIMEOUT = 60
 REMOVED_TIMEOUT = 60
 # What a host tells the outer part of this test.
 READY = "every robot has its file"
-
-
-def until(what, condition, timeout, state=lambda: ""):
-    """Waits for a condition; the seconds it took."""
-    begun = time.monotonic()
-    while not condition():
-        if time.monotonic() > begun + timeout:
-            raise Failed("%s within %d s\n     found    %s" % (what, timeout, state()))
-        time.sleep(0.2)
-    return time.monotonic() - begun
 
 
 # The host, inside the network.
@@ -57,18 +48,6 @@ def addresses(name):
         return set()
 
 
-def status_of_call(name, token):
-    """HTTP status of the control interface of a robot."""
-    request = urllib.request.Request("http://%s:3100/state" % name)
-    if token:
-        request.add_header("Authorization", "Bearer " + token)
-    try:
-        with urllib.request.urlopen(request, timeout=5) as answer:
-            return answer.status
-    except urllib.error.HTTPError as error:
-        return error.code
-
-
 def content(name):
     """The file that a robot gets."""
     return b"PROGRAM OWN\nPRINT IP1, \"%s\", CR\nEND\n" % name.encode()
@@ -76,15 +55,15 @@ def content(name):
 
 def connected_again(name):
     """A new connection by the name, as soon as the robot answers on it."""
-    end = time.monotonic() + BACK_TIMEOUT
-    while time.monotonic() < end:
+    def host():
         try:
             host = Host((name, 1000), True)
             host.status()
             return host
         except (OSError, Failed):
-            time.sleep(0.2)
-    raise Failed("%s answers SU again within %d s" % (name, BACK_TIMEOUT))
+            return None
+
+    return until("%s answers SU again" % name, host, BACK_TIMEOUT, pause=0.2)
 
 
 def inside():
@@ -92,8 +71,8 @@ def inside():
     transport.CONNECT_TIMEOUT = 1.0
     equal("tasks.robot resolves to one address a robot", len(NAMES), len(addresses("tasks.robot")))
     equal("each name resolves to one of them", addresses("tasks.robot"), set.union(*map(addresses, NAMES)))
-    equal("the control interface without its token", 401, status_of_call(NAMES[0], None))
-    equal("the control interface with it", 200, status_of_call(NAMES[0], TOKEN))
+    equal("the control interface without its token", 401, answer(CONTROL % NAMES[0], "/state")[0])
+    equal("the control interface with it", 200, answer(CONTROL % NAMES[0], "/state", TOKEN)[0])
     hosts = {name: Host((name, 1000), True) for name in NAMES}
     for name, host in hosts.items():
         true("%s answers SU" % name, len(host.status()) == 6)
@@ -182,15 +161,16 @@ def deploy():
     run("docker", "secret", "create", SECRET, "-", input=TOKEN)
     run("docker", "stack", "deploy", "--resolve-image", "never", "--compose-file", os.path.join(ROOT, "packaging", "swarm.yaml"),
         STACK, env={**os.environ, "TS3100_IMAGE": IMAGE})
-    seconds = until("3 replicas run", lambda: running() == "3/3", STARTED_TIMEOUT, described)
-    ok("3 replicas are healthy, %.1f s after docker stack deploy" % seconds)
+    begun = time.monotonic()
+    until("3 replicas run", lambda: running() == "3/3", STARTED_TIMEOUT, described)
+    ok("3 replicas are healthy, %.1f s after docker stack deploy" % (time.monotonic() - begun))
 
 
 def host_command(folder):
     """A container of the network with the Python of this machine and nothing else; its Python is at the same place."""
     run("sh", "-c", "tar -cf - -C '%s' . | docker import - %s" % (folder, PYTHON))
     places = [place for place in ("/usr", "/lib", "/lib64") if os.path.exists(place)]
-    places += [place for place in (os.path.realpath(sys.base_prefix), os.path.join(ROOT, "tests"))
+    places += [place for place in (os.path.realpath(sys.base_prefix), os.path.join(ROOT, "tests"), os.path.join(ROOT, "clients"))
                if not place.startswith("/usr")]
     mounts = [word for place in places for word in ("-v", "%s:%s:ro" % (place, place))]
     return ["docker", "run", "--rm", "--name", PYTHON, "--network", NETWORK, *mounts, "--entrypoint",
@@ -228,22 +208,15 @@ def main():
     arguments.add_argument("--binary", help="a static ts3100 in place of one that is built")
     arguments.add_argument("--inside", action="store_true", help=argparse.SUPPRESS)
     arguments = arguments.parse_args()
-    try:
-        if arguments.inside:
-            inside()
-            return 0
-        begun = time.monotonic()
-        with docker():
-            build(arguments.binary or static_binary())
-            with swarm():
-                deploy()
-                job()
-    except (Failed, OSError, subprocess.SubprocessError) as failed:
-        print("FAILED %s" % failed, file=sys.stderr, flush=True)
-        return 1
-    print("a swarm keeps its robots, in %.0f s" % (time.monotonic() - begun))
-    return 0
+    if arguments.inside:
+        inside()
+        return
+    with docker():
+        build(arguments.binary or static_binary())
+        with swarm():
+            deploy()
+            job()
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    sys.exit(program(main))

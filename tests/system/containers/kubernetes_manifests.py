@@ -16,18 +16,16 @@ import os
 import platform
 import shutil
 import stat
-import subprocess
 import sys
 import tarfile
 import tempfile
-import time
-import urllib.error
-import urllib.request
 import zipfile
 
 sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "lib"))
 from container_engine import IMAGE, ROOT, build, docker, run, static_binary, succeeds  # noqa: E402
-from wire import Failed, Host, Line, equal, ok, true  # noqa: E402
+from emulator import answer  # noqa: E402
+from steps import Failed, equal, ok, program, true, until  # noqa: E402
+from wire import Host, Line  # noqa: E402
 
 MANIFESTS = os.path.join(ROOT, "packaging", "kubernetes")
 # Oldest and newest of the schemas that have to accept the manifests.
@@ -211,11 +209,8 @@ class Pod:
             place = self.volume(mount["name"])
             command += ["-v", "%s:%s%s" % (place, mount["mountPath"], ":ro" if mount.get("readOnly") else "")]
         run(*command, IMAGE, *self.robot["args"])
-        begun = time.monotonic()
-        while not succeeds("docker", "exec", NAME, *self.robot["startupProbe"]["exec"]["command"]):
-            if time.monotonic() > begun + STARTED_TIMEOUT:
-                raise Failed("%s is ready\n     found    %s" % (self.name, run("docker", "logs", NAME)))
-            time.sleep(0.2)
+        until("%s is ready" % self.name, lambda: succeeds("docker", "exec", NAME, *self.robot["startupProbe"]["exec"]["command"]),
+              STARTED_TIMEOUT, lambda: run("docker", "logs", NAME), pause=0.2)
         ok("%s starts as its manifest says, and its probe holds" % self.name)
 
     def address(self, port):
@@ -223,15 +218,10 @@ class Pod:
         return run("docker", "inspect", "-f", "{{.NetworkSettings.IPAddress}}", NAME), port
 
     def call(self, path):
-        """Status and JSON of the control interface from outside."""
-        request = urllib.request.Request("http://%s:%d%s" % (*self.address(3100), path),
-                                         headers={"Authorization": "Bearer " + TOKEN})
+        """Status and document of the control interface from outside; None if nothing listens there."""
         try:
-            with urllib.request.urlopen(request, timeout=5) as answer:
-                return answer.status, json.loads(answer.read())
-        except urllib.error.HTTPError as error:
-            return error.code, None
-        except urllib.error.URLError:
+            return answer("http://%s:%d" % self.address(3100), path, TOKEN)
+        except OSError:
             return None, None
 
     def stop(self):
@@ -268,33 +258,26 @@ def main():
     arguments.add_argument("--binary", help="a static ts3100 in place of one that is built")
     arguments.add_argument("--tools", help="where kubectl, schemas and linter stay for the next run")
     arguments = arguments.parse_args()
-    begun = time.monotonic()
-    try:
-        if os.geteuid():
-            raise Failed("volumes get their owner by chown: run it as root")
-        with tempfile.TemporaryDirectory() as scratch:
-            os.makedirs(arguments.tools or scratch, exist_ok=True)
-            tools = Tools(os.path.abspath(arguments.tools or scratch))
-            found = {}
-            for folder in ("base", "example"):
-                text, found[folder] = tools.rendered(folder)
-                judged(tools, folder, text)
-                consistent(folder, found[folder])
-        with docker():
-            build(arguments.binary or static_binary())
+    if os.geteuid():
+        raise Failed("volumes get their owner by chown: run it as root")
+    with tempfile.TemporaryDirectory() as scratch:
+        os.makedirs(arguments.tools or scratch, exist_ok=True)
+        tools = Tools(os.path.abspath(arguments.tools or scratch))
+        found = {}
+        for folder in ("base", "example"):
+            text, found[folder] = tools.rendered(folder)
+            judged(tools, folder, text)
+            consistent(folder, found[folder])
+    with docker():
+        build(arguments.binary or static_binary())
+        succeeds("docker", "rm", "-f", NAME)
+        try:
+            lived(found["base"], 0, False)
+            arms = [lived(found["example"], ordinal, True)["arm"]["model"] for ordinal in (0, 1)]
+        finally:
             succeeds("docker", "rm", "-f", NAME)
-            try:
-                lived(found["base"], 0, False)
-                arms = [lived(found["example"], ordinal, True)["arm"]["model"] for ordinal in (0, 1)]
-            finally:
-                succeeds("docker", "rm", "-f", NAME)
-        equal("each ordinal has the arm of its settings", ["ts3100-tv800", "tsl3000-thl400"], arms)
-    except (Failed, OSError, subprocess.SubprocessError) as failed:
-        print("FAILED %s" % failed, file=sys.stderr, flush=True)
-        return 1
-    print("the manifests hold, in %.0f s" % (time.monotonic() - begun))
-    return 0
+    equal("each ordinal has the arm of its settings", ["ts3100-tv800", "tsl3000-thl400"], arms)
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    sys.exit(program(main))

@@ -7,17 +7,16 @@ schemathesis reads the interface's own OpenAPI document and calls every operatio
 that do not, all of its checks on. A hostile page is a client with a foreign Origin, a foreign Host, or no token. The
 exit code is 0 when nothing was found."""
 
-import argparse
 import http.client
-import json
 import os
 import subprocess
 import sys
 import tempfile
-import venv
 
 sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "lib"))
-from emulator import Emulator, fail  # noqa: E402
+import python_environment  # noqa: E402
+from emulator import Emulator  # noqa: E402
+from steps import Failed, equal, program, serving, true  # noqa: E402
 
 SCHEMATHESIS = "schemathesis==4.32.5"
 TOKEN = "a-token-of-the-test-0123456789"
@@ -26,37 +25,20 @@ LIMIT = 420
 STREAM = "/events"
 
 
-class Client(Emulator):
-    """An emulator with a token, and any request to it."""
-
-    def __init__(self, binary):
-        super().__init__(binary, TOKEN)
-
-    def ask(self, method, path, headers, body=None):
-        connection = http.client.HTTPConnection(self.authority, timeout=20)
-        try:
-            connection.putrequest(method, path, skip_host="Host" in headers, skip_accept_encoding=True)
-            for name, value in headers.items():
-                connection.putheader(name, value)
-            if body is not None:
-                connection.putheader("Content-Length", str(len(body)))
-            connection.endheaders(body)
-            answer = connection.getresponse()
-            return answer.status, dict(answer.getheaders()), answer.read()
-        finally:
-            connection.close()
-
-
-def environment_of(directory):
-    """A virtual environment with schemathesis in it."""
-    directory = os.path.abspath(directory)
-    python = os.path.join(directory, "bin", "python")
-    if not os.path.exists(python):
-        venv.create(directory, with_pip=True)
-    have = subprocess.run([python, "-c", "import schemathesis"], capture_output=True, check=False)
-    if have.returncode != 0:
-        subprocess.run([python, "-m", "pip", "install", "--quiet", SCHEMATHESIS], check=True)
-    return os.path.join(directory, "bin", "schemathesis")
+def ask(emulator, method, path, headers, body=None):
+    """Status, headers and body of a request that the Python package would not make."""
+    connection = http.client.HTTPConnection(emulator.url[len("http://"):], timeout=20)
+    try:
+        connection.putrequest(method, path, skip_host="Host" in headers, skip_accept_encoding=True)
+        for name, value in headers.items():
+            connection.putheader(name, value)
+        if body is not None:
+            connection.putheader("Content-Length", str(len(body)))
+        connection.endheaders(body)
+        answer = connection.getresponse()
+        return answer.status, dict(answer.getheaders()), answer.read()
+    finally:
+        connection.close()
 
 
 def fuzz(emulator, tool, examples, seed):
@@ -69,15 +51,14 @@ def fuzz(emulator, tool, examples, seed):
     with tempfile.TemporaryDirectory(prefix="ts3100-api-") as directory:
         # It keeps examples in the directory in which it runs.
         done = subprocess.run(command, timeout=LIMIT, cwd=directory, check=False)
-    if done.returncode != 0:
-        fail("schemathesis (seed %d) ended with %d" % (seed, done.returncode))
+    equal("schemathesis (seed %d) ends well" % seed, 0, done.returncode)
 
 
 def hostile_page(emulator):
     """What a browser would send for a page of somebody else."""
     good = {"Authorization": "Bearer " + TOKEN}
     json_body = {**good, "Content-Type": "application/json"}
-    own = emulator.authority
+    own = emulator.url[len("http://"):]
     calls = [
         ("no token", 401, "GET", "/state", {}, None),
         ("another token", 401, "GET", "/state", {"Authorization": "Bearer 0123456789abcdef"}, None),
@@ -99,47 +80,31 @@ def hostile_page(emulator):
         ("the own page", 200, "GET", "/state", {**good, "Origin": "http://" + own, "Sec-Fetch-Site": "same-origin"}, None),
     ]
     for name, expected, method, path, headers, body in calls:
-        status, answered, _ = emulator.ask(method, path, headers, body)
-        if status != expected:
-            fail("%s: %d expected, %d found" % (name, expected, status))
+        status, answered, _ = ask(emulator, method, path, headers, body)
+        equal("%s: %d" % (name, expected), expected, status)
         told = [header for header in answered if header.lower().startswith("access-control-")]
         if told:
-            fail("%s: no CORS header expected, found %s" % (name, told))
-        print("ok   %s: %d" % (name, status))
-    status, _, body = emulator.ask("GET", "/state", good)
-    state = json.loads(body)
-    if status != 200 or not state["power"]:
-        fail("the emulator is as it was expected, found %s" % body[:200])
-    emulator.ask("PUT", "/battery", json_body, b'{"low":true}')
-    status, _, body = emulator.ask("GET", "/events?since=1&count=1", good)
-    if status != 200 or not body.startswith(b"event: "):
-        fail("an event expected, found %d %s" % (status, body[:200]))
-    print("ok   nothing came of it")
+            raise Failed("%s: no CORS header\n     found    %s" % (name, told))
+    true("the emulator is as it was", emulator.robot.state["power"])
+    emulator.robot.battery_low = True
+    status, _, body = ask(emulator, "GET", "/events?since=1&count=1", good)
+    true("an event is sent to who has the token", status == 200 and body.startswith(b"event: "), body[:200])
 
 
 def main():
-    parser = argparse.ArgumentParser(description="the control interface against a fuzzer and a hostile page")
-    parser.add_argument("--serve", required=True, metavar="BINARY")
+    parser = serving(__doc__)
     parser.add_argument("--examples", type=int, default=40, help="examples an operation")
     parser.add_argument("--seed", type=int, default=1)
-    parser.add_argument("--venv", help="where schemathesis is, or is put; a temporary directory if not said")
+    parser.add_argument("--venv", help="where schemathesis is, or is put; default: a temporary directory")
     options = parser.parse_args()
-    binary = os.path.abspath(options.serve)
-    for part in (hostile_page, None):
-        with Client(binary) as emulator:
-            if part:
-                part(emulator)
-                continue
-            if options.venv:
-                fuzz(emulator, environment_of(options.venv), options.examples, options.seed)
-            else:
-                with tempfile.TemporaryDirectory(prefix="ts3100-api-") as directory:
-                    fuzz(emulator, environment_of(directory), options.examples, options.seed)
-            status, _, body = emulator.ask("GET", "/health", {"Authorization": "Bearer " + TOKEN})
-            if status != 200:
-                fail("the emulator answers behind it expected, found %d %s" % (status, body[:200]))
-    print("the control interface stood up to it")
+    with Emulator(options.serve, "--time", "stepped", token=TOKEN) as emulator:
+        hostile_page(emulator)
+    with tempfile.TemporaryDirectory(prefix="ts3100-api-") as directory, \
+            Emulator(options.serve, "--time", "stepped", token=TOKEN) as emulator:
+        python = python_environment.python_with(options.venv or directory, SCHEMATHESIS)
+        fuzz(emulator, os.path.join(os.path.dirname(python), "schemathesis"), options.examples, options.seed)
+        equal("the emulator answers after it", 200, emulator.answer("GET", "/health")[0])
 
 
 if __name__ == "__main__":
-    main()
+    sys.exit(program(main))

@@ -5,21 +5,18 @@
 
 Uses the addresses from 127.1.0.1 on, with ports from 25000. Figures are in the benchmarks."""
 
-import argparse
+import http.client
 import json
 import os
 import re
 import resource
 import socket
-import subprocess
 import sys
-import tempfile
 import time
-import urllib.error
-import urllib.request
 
 sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "lib"))
-from wire import Failed, equal, true  # noqa: E402
+from emulator import Emulator, NotStarted, split, surroundings  # noqa: E402
+from steps import Failed, equal, program, serving, true  # noqa: E402
 
 OFFSET = 24000
 FIRST = "127.1.0.1"
@@ -28,47 +25,27 @@ LIMIT = 20.0
 STATUS = b"\x02FL,"
 
 
-class Fleet:
-    """A `ts3100 serve` with several robots; it ends with its `with`."""
+class Fleet(Emulator):
+    """A `ts3100 serve` with several robots."""
 
     def __init__(self, binary, *flags, files=None):
-        environment = {name: value for name, value in os.environ.items() if not name.startswith("TS3100_")}
-        # Nothing of the program can be unwound: a refusal is one all the same.
-        environment["RUST_BACKTRACE"] = "1"
-        self.log = tempfile.TemporaryFile("w+")
         limit = (lambda: resource.setrlimit(resource.RLIMIT_NOFILE, (files, files))) if files else None
-        self.process = subprocess.Popen(
-            [binary, "serve", "--ready-json", "--control", "127.0.0.1:0", *flags], env=environment, preexec_fn=limit,
-            stdout=subprocess.PIPE, stderr=self.log, text=True)
-        line = self.process.stdout.readline()
-        if not line:
-            self.process.wait(LIMIT)
-            self.log.seek(0)
-            self.refusal = self.log.read()
-            return
-        ready = json.loads(line)
-        self.robots, self.control, self.refusal = ready["robots"], ready["control"], None
+        # Nothing of the program can be unwound: a refusal is one all the same.
+        super().__init__(binary, *flags, ports=("--control", "127.0.0.1:0"), env=surroundings(RUST_BACKTRACE="1"), preexec_fn=limit)
+        self.robots = self.ready["robots"]
 
-    def __enter__(self):
-        return self
-
-    def __exit__(self, *_):
-        if self.refusal is None:
-            self.process.terminate()
-            self.process.wait(LIMIT)
-            equal("SIGTERM ends it with exit code 0", 0, self.process.returncode)
-
-    def call(self, path, body=None, method=None):
-        """The answer of the control interface as JSON."""
-        data = None if body is None else json.dumps(body).encode()
-        request = urllib.request.Request(self.control + path, data, {"Content-Type": "application/json"},
-                                         method=method or ("PUT" if data else "GET"))
-        with urllib.request.urlopen(request, timeout=LIMIT) as answer:
-            return json.loads(answer.read())
+    def get(self, path):
+        """Status and body of what belongs to no robot."""
+        connection = http.client.HTTPConnection(*split(self.url[len("http://"):]), timeout=LIMIT)
+        connection.request("GET", path)
+        answer = connection.getresponse()
+        status, body = answer.status, answer.read()
+        connection.close()
+        return status, body
 
     def started(self):
         """The names of the robots that have started."""
-        return [robot["name"] for robot in self.call("/robots")["robots"] if robot["started"]]
+        return [robot["name"] for robot in json.loads(self.get("/robots")[1])["robots"] if robot["started"]]
 
     def dial(self, name, port="ip0"):
         """A connection to a port of a robot."""
@@ -119,27 +96,22 @@ def sleeping_robots(binary):
         # The program's channel is known before the command that comes after it.
         with fleet.dial("robot-200", "ip1"), fleet.dial("robot-200") as host:
             equal("the first connection starts its robot", STATUS, status_of(host))
-            channels = fleet.call("/robots/robot-200/state")["channels"]
+            channels = fleet.connect("robot-200").state["channels"]
             equal("its IP1 has its peer", ["IP0", "IP1"], [c["port"] for c in channels if c.get("peer")])
-        with urllib.request.urlopen(fleet.control + "/robots/robot-9/", timeout=LIMIT) as page:
-            true("its page is there before it", b"<title>" in page.read())
+        true("its page is there before it", b"<title>" in fleet.get("/robots/robot-9/")[1])
         equal("and starts no other", ["robot-200"], fleet.started())
-        fleet.call("/robots/robot-7/servo", {"on": True})
+        robot = fleet.connect("robot-7")
+        robot.servo = True
         equal("a call starts its robot", ["robot-7", "robot-200"], fleet.started())
         with fleet.dial("robot-7") as host:
-            equal("it is the one that was called", (STATUS, {"on": True}),
-                  (status_of(host), fleet.call("/robots/robot-7/servo")))
+            equal("it is the one that was called", (STATUS, True), (status_of(host), robot.servo))
         true("an address without a robot is reset", is_reset("127.1.1.45", 1000 + OFFSET))
-        fleet.call("/robots/robot-7/power/off", {}, "POST")
+        robot.power_off()
         true("a robot without power is reset", is_reset(fleet.robots["robot-7"]["address"], 1000 + OFFSET))
-        fleet.call("/robots/robot-7/power/on", {}, "POST")
+        robot.power_on()
         with fleet.dial("robot-7") as host:
             equal("with power it answers again", STATUS, status_of(host))
-        try:
-            fleet.call("/robots/robot-301/state")
-            raise Failed("robot-301 is unknown")
-        except urllib.error.HTTPError as error:
-            equal("robot-301 is unknown", 404, error.code)
+        equal("robot-301 is unknown", 404, fleet.get("/robots/robot-301/state")[0])
 
 
 def thousand(binary):
@@ -177,12 +149,14 @@ def ten_thousand(binary):
 
 
 def refusals(binary):
-    with Fleet(binary, "--robots", "400", "--ports", "auto", files=1000) as fleet:
-        true("too few files: %s" % (fleet.refusal or "").split("\n", maxsplit=1)[0],
-             "400 robots need 3328 open files, and this process may have 1000" in (fleet.refusal or ""))
-    with Fleet(binary, "--robots", "2", "--listen", "203.0.113.7") as fleet:
-        true("an address of another machine: %s" % (fleet.refusal or "").split("\n", maxsplit=1)[0],
-             "203.0.113.7 is not an address of this computer, and 1 more" in (fleet.refusal or ""))
+    for flags, files, words in (
+            (("--robots", "400", "--ports", "auto"), 1000, "400 robots need 3328 open files, and this process may have 1000"),
+            (("--robots", "2", "--listen", "203.0.113.7"), None, "203.0.113.7 is not an address of this computer, and 1 more")):
+        try:
+            Fleet(binary, *flags, files=files).kill()
+            raise Failed("a refusal\n     found    a fleet with %s" % " ".join(flags))
+        except NotStarted as refused:
+            true("refused: %s" % refused.log.split("\n", maxsplit=1)[0], words in refused.log, refused.log)
     with Fleet(binary, "--robots", "20", "--port-offset", str(OFFSET), "--port-step", "10") as fleet:
         ports = {"ip%d" % number: 1000 + OFFSET + 190 + number for number in range(4)}
         equal("with a step all are at one address", {"address": "127.0.0.1", "ports": ports}, fleet.robots["robot-20"])
@@ -191,17 +165,10 @@ def refusals(binary):
 
 
 def main():
-    parser = argparse.ArgumentParser()
-    parser.add_argument("--serve", required=True)
-    binary = os.path.abspath(parser.parse_args().serve)
+    binary = serving(__doc__).parse_args().serve
     for check in (sleeping_robots, refusals, thousand, ten_thousand):
         check(binary)
-    print("all of it held")
 
 
 if __name__ == "__main__":
-    try:
-        main()
-    except Failed as failure:
-        print("FAILED %s" % failure)
-        sys.exit(1)
+    sys.exit(program(main))

@@ -3,16 +3,15 @@
 
     python3 tests/system/control/mcp_server.py --serve target/release/ts3100"""
 
-import argparse
 import asyncio
 import json
 import os
-import subprocess
 import sys
 
 sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "lib"))
 import python_environment  # noqa: E402
-from wire import Failed, equal, ok, true  # noqa: E402
+from emulator import Emulator  # noqa: E402
+from steps import Failed, equal, program, serving, true  # noqa: E402
 
 CLIENT = ["mcp==1.30.0", "jsonschema==4.26.0"]
 SOURCE = "GLOBAL\nN = 0\nEND\nPROGRAM COUNT\nFOR I = 1 TO 10\nN = I\nDELAY 0.1\nNEXT I\nEND\n"
@@ -52,33 +51,19 @@ async def session(binary, control):
 
 
 def main():
-    parser = argparse.ArgumentParser(description="The server for AI assistants with the reference client")
-    parser.add_argument("--serve", metavar="TS3100", required=True, help="the program")
-    arguments = parser.parse_args()
+    arguments = serving(__doc__).parse_args()
     code = python_environment.run_with(*CLIENT)
     if code is not None:
         return code
-    binary = os.path.realpath(arguments.serve)
-    serve = subprocess.Popen([binary, "serve", "--ports", "auto", "--ready-json", "--servo-on", "--time", "auto"],
-                             stdout=subprocess.PIPE, stderr=subprocess.DEVNULL)
-    try:
-        ready = json.loads(serve.stdout.readline())
-        asyncio.run(asyncio.wait_for(session(binary, ready["control"]), 60))
-        ok("the server for assistants")
-        return 0
-    except BaseExceptionGroup as group:  # of the client's tasks: the reason is the innermost
-        reason = group
-        while isinstance(reason, BaseExceptionGroup):
-            reason = reason.exceptions[0]
-        print("FAIL %s" % reason, flush=True)
-        return 1
-    except (Failed, OSError, asyncio.TimeoutError) as error:
-        print("FAIL %s" % error, flush=True)
-        return 1
-    finally:
-        serve.terminate()
-        serve.wait(10)
+    with Emulator(arguments.serve, "--servo-on", "--time", "auto") as emulator:
+        try:
+            asyncio.run(asyncio.wait_for(session(arguments.serve, emulator.url), 60))
+        except BaseExceptionGroup as group:  # of the client's tasks: the reason is the innermost
+            reason = group
+            while isinstance(reason, BaseExceptionGroup):
+                reason = reason.exceptions[0]
+            raise Failed(reason) from group
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    sys.exit(program(main))

@@ -8,22 +8,20 @@ openapi-spec-validator validates the document, and every example is validated ag
 openapi-python-client generates a client, which drives a running emulator. The exit code is 0 when all of it passes.
 `--record` replays the requests of crates/control/assets/examples.json and writes the responses into it."""
 
-import argparse
 import json
 import os
 import subprocess
 import sys
 import tempfile
-import urllib.error
 import urllib.parse
-import urllib.request
-import venv
 
 sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "lib"))
-from emulator import Emulator, fail  # noqa: E402
+import python_environment  # noqa: E402
+from emulator import ROOT, Emulator  # noqa: E402
+from steps import equal, ok, program, serving  # noqa: E402
 
 PACKAGES = ["openapi-spec-validator==0.9.0", "openapi-python-client==0.29.1"]
-EXAMPLES = os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "..", "..", "crates", "control", "assets", "examples.json")
+EXAMPLES = os.path.join(ROOT, "crates", "control", "assets", "examples.json")
 TOKEN = "a-token-of-the-test-0123456789"
 LIMIT = 300
 # Longer lists and texts are cut in an example.
@@ -107,50 +105,17 @@ with client:
 """
 
 
-class Client(Emulator):
-    """An emulator, and calls of it."""
-
-    def call(self, method, path, body=None):
-        """The body of the response, as text."""
-        request = urllib.request.Request(self.url + path, method=method)
-        if self.token:
-            request.add_header("Authorization", "Bearer " + self.token)
-        data = None
-        if body is not None:
-            data = json.dumps(body).encode()
-            request.add_header("Content-Type", "application/json")
-        try:
-            with urllib.request.urlopen(request, data, timeout=20) as response:
-                return response.read().decode()
-        except urllib.error.HTTPError as error:
-            fail("%s %s: %s" % (method, path, error.read().decode()))
-
-
-def environment_of(directory):
-    """Python of a virtual environment with the two packages."""
-    directory = os.path.abspath(directory)
-    python = os.path.join(directory, "bin", "python")
-    if not os.path.exists(python):
-        venv.create(directory, with_pip=True)
-    have = subprocess.run([python, "-c", "import openapi_spec_validator, openapi_python_client"], capture_output=True,
-                          check=False)
-    if have.returncode != 0:
-        subprocess.run([python, "-m", "pip", "install", "--quiet", *PACKAGES], check=True)
-    return python
-
-
 def run(what, command, directory):
     done = subprocess.run(command, cwd=directory, timeout=LIMIT, check=False)
-    if done.returncode != 0:
-        fail("%s ended with %d" % (what, done.returncode))
+    equal("%s ends well" % what, 0, done.returncode)
 
 
 def check(binary, python, directory):
     """The document is valid; a client generated from it works."""
-    with Client(binary, TOKEN) as emulator:
+    with Emulator(binary, "--time", "stepped", token=TOKEN) as emulator:
         path = os.path.join(directory, "openapi.json")
         with open(path, "w", encoding="utf-8") as file:
-            file.write(emulator.call("GET", "/openapi.json"))
+            json.dump(emulator.robot.call("GET", "/openapi.json"), file)
         run("the validation", [python, "-c", VALIDATE, path], directory)
         config = os.path.join(directory, "config.json")
         with open(config, "w", encoding="utf-8") as file:
@@ -159,7 +124,7 @@ def check(binary, python, directory):
         run("openapi-python-client", [python, "-m", "openapi_python_client", "generate", "--path", path, "--config",
                                       config, "--meta", "none", "--output-path",
                                       os.path.join(directory, "ts3100_client"), "--fail-on-warning"], directory)
-        print("ok   a client is generated without a warning")
+        ok("a client is generated without a warning")
         run("the generated client", [python, "-c", USE, emulator.url, TOKEN], directory)
 
 
@@ -192,14 +157,12 @@ def record(binary):
     """Replays the session and writes the responses down."""
     with open(EXAMPLES, encoding="utf-8") as file:
         session = json.load(file)
-    with Client(binary) as emulator:
+    with Emulator(binary, "--time", "stepped") as emulator:
         for recorded in session:
             method, _ = recorded["call"].split(" ")
-            text = emulator.call(method, path_of(recorded, {}), recorded.get("request"))
-            try:
-                recorded["response"] = shortened(json.loads(text))
-            except ValueError:
-                recorded["response"] = text[:LONGEST_TEXT].rpartition("\n")[0] + "\n"
+            answer = emulator.robot.call(method, path_of(recorded, {}), recorded.get("request"))
+            is_text = isinstance(answer, str)
+            recorded["response"] = answer[:LONGEST_TEXT].rpartition("\n")[0] + "\n" if is_text else shortened(answer)
             if "snapshot" in recorded["call"] and method == "GET" and recorded["call"] != "GET /snapshots":
                 # The whole controller is no example.
                 del recorded["response"]
@@ -210,19 +173,17 @@ def record(binary):
 
 
 def main():
-    parser = argparse.ArgumentParser(description="the OpenAPI document, its examples, and a client generated from it")
-    parser.add_argument("--serve", required=True, metavar="BINARY")
+    parser = serving(__doc__)
     parser.add_argument("--venv", help="where the packages are, or are put; default: a temporary directory")
     parser.add_argument("--record", action="store_true", help="record the examples again")
     options = parser.parse_args()
-    binary = os.path.abspath(options.serve)
     if options.record:
-        record(binary)
+        record(options.serve)
         return
     with tempfile.TemporaryDirectory(prefix="ts3100-openapi-") as directory:
-        python = environment_of(options.venv or os.path.join(directory, "venv"))
-        check(binary, python, directory)
+        python = python_environment.python_with(options.venv or os.path.join(directory, "venv"), *PACKAGES)
+        check(options.serve, python, directory)
 
 
 if __name__ == "__main__":
-    main()
+    sys.exit(program(main))

@@ -11,25 +11,23 @@ Needs Playwright and axe (pip install playwright axe-playwright-python) and Chro
 the robot is stepped, so nothing here depends on how fast the machine is. With --pictures it keeps a picture of each view in
 each size, in light and in dark."""
 
-import argparse
 import contextlib
 import http.client
-import json
 import os
 import re
 import shutil
 import signal
-import subprocess
 import sys
 import threading
-import urllib.request
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 
 from axe_playwright_python.sync_playwright import Axe
 from playwright.sync_api import expect, sync_playwright
 
 sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "lib"))
-from pendant_session import POINTS, PROGRAM, session
+from emulator import Emulator  # noqa: E402
+from pendant_session import POINTS, PROGRAM, session  # noqa: E402
+from steps import program, serving  # noqa: E402
 
 CHROMIUM = shutil.which("chromium") or "/usr/bin/chromium"
 FLAGS = ["--no-sandbox", "--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"]
@@ -39,41 +37,6 @@ LIMIT = 20_000
 FIRST_PAINT = 1_000
 ROUNDS = 5
 METHODS = ("get", "put", "post", "delete", "patch")
-
-
-class Robot:
-    """A robot of its own with its control interface."""
-
-    def __init__(self, binary, *flags):
-        command = [binary, "serve", "--ports", "auto", "--ready-json", "--control", "127.0.0.1:0", *flags]
-        self.process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL)
-        self.ready = json.loads(self.process.stdout.readline())
-        self.url = self.ready["control"]
-
-    def call(self, method, path, body=None):
-        data = None if body is None else json.dumps(body).encode()
-        headers = {"Content-Type": "application/json"} if data is not None else {}
-        request = urllib.request.Request(self.url + path, data, headers, method=method)
-        with urllib.request.urlopen(request, timeout=10) as answer:
-            text = answer.read().decode()
-        return json.loads(text) if text.startswith(("{", "[")) else text
-
-    def advance(self, seconds):
-        self.call("POST", "/clock/advance", {"seconds": seconds})
-
-    def close(self):
-        self.process.terminate()
-        self.process.wait(10)
-        self.process.stdout.close()
-
-
-@contextlib.contextmanager
-def robot(binary, *flags):
-    found = Robot(binary, *flags)
-    try:
-        yield found
-    finally:
-        found.close()
 
 
 class Prefix(BaseHTTPRequestHandler):
@@ -189,14 +152,14 @@ def first_paint(browser, url):
     print("ok   first paint after %d ms" % min(took))
 
 
-def below_a_prefix(browser, found):
+def below_a_prefix(browser, robot):
     """The page works below a prefix, and its stream goes on where it was cut: no event twice, none left out."""
-    with proxy(found.url) as (url, handler):
+    with proxy(robot.url) as (url, handler):
         page = opened(browser, url + "#traffic")
         rows = page.get_by_role("grid", name="Traffic")
-        numbers = [row["number"] for row in found.call("GET", "/alarms/table")][:3]
+        numbers = [row["number"] for row in robot.call("GET", "/alarms/table")][:3]
         for number in numbers:
-            found.call("POST", "/alarms", {"number": number})
+            robot.raise_alarm(number)
             for stream in list(handler.streams):
                 with contextlib.suppress(OSError, AttributeError):
                     stream.sock.close()
@@ -204,7 +167,7 @@ def below_a_prefix(browser, found):
         for number in numbers:
             # It may take a pause until the stream is opened again.
             expect(rows.get_by_role("row").filter(has_text=number, visible=True)).to_have_count(1, timeout=LIMIT)
-        found.call("POST", "/alarms/reset", {})
+        robot.reset_alarms()
         expect(page.locator("#lamps")).not_to_contain_text(numbers[0])
         closed(page)
     print("ok   below a path prefix, with the stream of events cut three times")
@@ -212,11 +175,11 @@ def below_a_prefix(browser, found):
 
 def frozen(browser, binary):
     """An emulator that stands still is not connected; once it goes on it is again."""
-    with robot(binary) as found:
-        page = opened(browser, found.url + "/")
-        found.process.send_signal(signal.SIGSTOP)
+    with Emulator(binary) as emulator:
+        page = opened(browser, emulator.url + "/")
+        emulator.process.send_signal(signal.SIGSTOP)
         expect(page.locator("#link")).to_have_text("not connected", timeout=LIMIT)
-        found.process.send_signal(signal.SIGCONT)
+        emulator.process.send_signal(signal.SIGCONT)
         expect(page.locator("#link")).to_have_text("connected", timeout=LIMIT)
         closed(page)
     print("ok   an emulator that stands still for a while")
@@ -226,17 +189,17 @@ def sessions(browser, binary):
     """A whole session on each kind of arm, and on a phone."""
     for kind, model, size in (("six-axis", "ts3100-tv800", "desktop"), ("scara", "tsl3000-thl400", "tablet"),
                               ("six-axis", "ts3100-tv800", "phone")):
-        with robot(binary, "--time", "stepped", "--model", model) as found:
-            page = opened(browser, found.url + "/", size)
-            session(page, found, kind)
+        with Emulator(binary, "--time", "stepped", "--model", model) as emulator:
+            page = opened(browser, emulator.url + "/", size)
+            session(page, emulator.robot, kind)
             closed(page)
         print("ok   a whole session with a %s arm, %s" % (kind, size))
 
 
 def keyboard(browser, binary):
     """The keyboard alone: every button of the panel is reached by Tab, and the robot is started and stopped."""
-    with robot(binary, "--select", "DEMO", "--time", "stepped") as found:
-        page = opened(browser, found.url + "/#panel", "tablet")
+    with Emulator(binary, "--select", "DEMO", "--time", "stepped") as emulator:
+        page = opened(browser, emulator.url + "/#panel", "tablet")
         name = "document.activeElement.getAttribute('aria-label') || document.activeElement.textContent"
 
         def press(wanted):
@@ -257,12 +220,12 @@ def keyboard(browser, binary):
     print("ok   the keyboard alone")
 
 
-def explorer(browser, found):
+def explorer(browser, robot):
     """/docs shows every call of the OpenAPI document."""
-    paths = found.call("GET", "/openapi.json")["paths"]
+    paths = robot.call("GET", "/openapi.json")["paths"]
     calls = [(method.upper(), path) for path, item in paths.items() for method in METHODS if method in item]
     page = browser.new_page()
-    page.goto(found.url + "/docs")
+    page.goto(robot.url + "/docs")
     expect(page.locator("details")).to_have_count(len(calls))
     shown = " ".join(page.locator("summary").all_inner_texts())
     for method, path in calls:
@@ -274,11 +237,11 @@ def explorer(browser, found):
 
 def several(browser, binary, pictures):
     """The start page of several robots shows their lamps and arms, and leads to the page of each."""
-    with robot(binary, "--robots", "3", "--servo-on", "--select", "DEMO", "--time", "stepped") as found:
-        found.call("PUT", "/robots/robot-3/emergency-stop", {"pressed": True})
+    with Emulator(binary, "--robots", "3", "--servo-on", "--select", "DEMO", "--time", "stepped") as emulator:
+        emulator.connect("robot-3").emergency_stop = True
         for size, (width, height) in SIZES.items():
             page = browser.new_page(viewport={"width": width, "height": height})
-            page.goto(found.url + "/")
+            page.goto(emulator.url + "/")
             expect(page.locator("#count")).to_have_text("3 robots, 3 started, 1 with alarms")
             cards = page.get_by_role("list", name="Robots").locator("> li")
             expect(cards).to_have_count(3)
@@ -301,26 +264,26 @@ def several(browser, binary, pictures):
 
 def picture(browser, binary, path):
     """The picture of README.md: a program that runs, in the middle of a motion."""
-    with robot(binary, "--servo-on", "--time", "stepped") as found:
-        found.call("PUT", "/files/PART", {"text": PROGRAM % POINTS["six-axis"]})
-        found.call("POST", "/files/PART/select", {})
-        found.call("POST", "/program/start", {})
-        found.call("POST", "/pendant/keys", {"keys": "3\r"})
-        page = opened(browser, found.url + "/#program")
+    with Emulator(binary, "--servo-on", "--time", "stepped") as emulator:
+        robot = emulator.robot
+        robot.files["PART"] = PROGRAM % POINTS["six-axis"]
+        robot.select("PART")
+        robot.start_program()
+        robot.type_keys("3\r")
+        page = opened(browser, emulator.url + "/#program")
         for _ in range(8):
-            found.advance(0.1)
+            robot.advance(0.1)
             page.wait_for_timeout(250)
         page.screenshot(path=path)
         closed(page)
 
 
 def main():
-    parser = argparse.ArgumentParser(description="works the pages of the control interface in Chromium")
-    parser.add_argument("--serve", required=True, metavar="BINARY", help="the ts3100 to be used")
+    parser = serving(__doc__)
     parser.add_argument("--pictures", metavar="DIRECTORY", help="where pictures of each view go")
     parser.add_argument("--picture", metavar="FILE", help="take the picture for README.md, and nothing else")
     options = parser.parse_args()
-    binary = os.path.abspath(options.serve)
+    binary = options.serve
     if options.pictures:
         os.makedirs(options.pictures, exist_ok=True)
     with sync_playwright() as playwright:
@@ -328,11 +291,11 @@ def main():
         if options.picture:
             picture(browser, binary, options.picture)
             return
-        with robot(binary, "--servo-on", "--select", "DEMO", "--time", "stepped") as found:
-            first_paint(browser, found.url + "/")
-            explorer(browser, found)
-            looks(browser, found.url + "/", options.pictures)
-            below_a_prefix(browser, found)
+        with Emulator(binary, "--servo-on", "--select", "DEMO", "--time", "stepped") as emulator:
+            first_paint(browser, emulator.url + "/")
+            explorer(browser, emulator.robot)
+            looks(browser, emulator.url + "/", options.pictures)
+            below_a_prefix(browser, emulator.robot)
         keyboard(browser, binary)
         frozen(browser, binary)
         several(browser, binary, options.pictures)
@@ -341,4 +304,4 @@ def main():
 
 
 if __name__ == "__main__":
-    main()
+    sys.exit(program(main))

@@ -5,7 +5,6 @@
 
 A file that one takes and the other refuses would be a wrong word in somebody's editor, or a silent one."""
 
-import argparse
 import copy
 import glob
 import json
@@ -18,9 +17,9 @@ import tomllib
 
 sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "lib"))
 import python_environment  # noqa: E402
-from wire import Failed, equal, ok, true  # noqa: E402
+from emulator import ROOT, surroundings  # noqa: E402
+from steps import Failed, equal, program, serving, true  # noqa: E402
 
-ROOT = os.path.dirname(os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__)))))
 PACKAGES = ["jsonschema==4.26.0"]
 LIMIT = 60
 # The file of the schema, the words that print it, the flag that reads such a file.
@@ -96,7 +95,7 @@ class Program:
                 file.write("PROGRAM PICK\nEND\n")
         command = [self.binary, "exec", "--ports", "auto", "--control", "off", flag, path, "--", "true"]
         done = subprocess.run(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, timeout=LIMIT,
-                              env={key: value for key, value in os.environ.items() if not key.startswith("TS3100_")})
+                              env=surroundings())
         return done.stderr if done.returncode == CANNOT_START else None
 
 
@@ -142,40 +141,32 @@ def toml(document):
 
 
 def main():
-    parser = argparse.ArgumentParser(description="The JSON schemas against the program")
-    parser.add_argument("--serve", metavar="TS3100", required=True, help="the program")
-    arguments = parser.parse_args()
+    arguments = serving(__doc__).parse_args()
     code = python_environment.run_with(*PACKAGES)
     if code is not None:
         return code
     import jsonschema
 
-    try:
-        with tempfile.TemporaryDirectory() as folder:
-            program = Program(os.path.realpath(arguments.serve), folder)
-            for name, texts in shown().items():
-                words, flag = FILES[name]
-                with open(os.path.join(ROOT, "docs", "reference", name + ".schema.json"), encoding="utf-8") as file:
-                    schema = json.load(file)
-                equal("config schema %s prints the file of docs/reference" % words, schema, program.schema(words))
-                jsonschema.Draft202012Validator.check_schema(schema)
-                validator = jsonschema.Draft202012Validator(schema)
-                wrong = 0
-                for text in texts:
-                    agree(program, flag, text, [error.message for error in validator.iter_errors(tomllib.loads(text))], None)
-                    for changed in with_a_wrong_key(tomllib.loads(text)):
-                        agree(program, flag, toml(changed), None if validator.is_valid(changed) else ["wrong key"], "qqq")
-                        wrong += 1
-                for text in MISTAKES[name]:
-                    agree(program, flag, text, None if validator.is_valid(tomllib.loads(text)) else ["mistake"], "")
-                true("%s: %d files of the pages are taken by schema and program; both refuse %d wrong keys and %d mistakes"
-                     % (name, len(texts), wrong, len(MISTAKES[name])), texts and wrong)
-            ok("the schemas")
-        return 0
-    except (Failed, OSError, subprocess.SubprocessError) as error:
-        print("FAIL %s" % error, flush=True)
-        return 1
+    with tempfile.TemporaryDirectory() as folder:
+        reader = Program(os.path.realpath(arguments.serve), folder)
+        for name, texts in shown().items():
+            words, flag = FILES[name]
+            with open(os.path.join(ROOT, "docs", "reference", name + ".schema.json"), encoding="utf-8") as file:
+                schema = json.load(file)
+            equal("config schema %s prints the file of docs/reference" % words, schema, reader.schema(words))
+            jsonschema.Draft202012Validator.check_schema(schema)
+            validator = jsonschema.Draft202012Validator(schema)
+            wrong = 0
+            for text in texts:
+                agree(reader, flag, text, [error.message for error in validator.iter_errors(tomllib.loads(text))], None)
+                for changed in with_a_wrong_key(tomllib.loads(text)):
+                    agree(reader, flag, toml(changed), None if validator.is_valid(changed) else ["wrong key"], "qqq")
+                    wrong += 1
+            for text in MISTAKES[name]:
+                agree(reader, flag, text, None if validator.is_valid(tomllib.loads(text)) else ["mistake"], "")
+            true("%s: %d files of the pages are taken by schema and program; both refuse %d wrong keys and %d mistakes"
+                 % (name, len(texts), wrong, len(MISTAKES[name])), texts and wrong)
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    sys.exit(program(main))

@@ -20,25 +20,22 @@ blocks of one page share, with the directory of the binary first in PATH, and `p
 
 The exit code is 0 when every block ended with 0 and printed what the page says."""
 
-import argparse
 import fnmatch
 import glob
-import json
 import os
 import re
 import signal
 import subprocess
 import sys
 import tempfile
-import time
 
-ROOT = os.path.dirname(os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__)))))
+sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "lib"))
+from console import Served, commands  # noqa: E402
+from emulator import ROOT, Emulator, surroundings  # noqa: E402
+from steps import Failed, program, serving, true  # noqa: E402
+
 LIMIT = 120
 MARK = re.compile(r"<!-- ci:(run-example|control|output|serve|console|log|check)\s*(.*?) *-->$")
-
-
-class Failed(Exception):
-    """An example did not do what its page says."""
 
 
 def blocks(path):
@@ -62,27 +59,14 @@ def blocks(path):
         at += 1
 
 
-def ended(process):
-    """Ends a process group of ours."""
-    if process.poll() is None:
-        os.killpg(process.pid, signal.SIGTERM)
-        try:
-            process.wait(10)
-        except subprocess.TimeoutExpired:
-            os.killpg(process.pid, signal.SIGKILL)
-            process.wait()
-
-
 # State files of the emulators: `ctl` without a URL finds the emulator of the page and no other.
 STATE = tempfile.TemporaryDirectory(prefix="ts3100-docs-state-")
 
 
-def environment(binary):
+def environment(binary, **more):
     """Ours, with the binary in PATH and nothing said to it."""
-    found = {name: value for name, value in os.environ.items() if not name.startswith("TS3100_")}
-    found["XDG_RUNTIME_DIR"] = STATE.name
-    found["PATH"] = os.path.dirname(binary) + os.pathsep + found.get("PATH", "")
-    return found
+    path = os.path.dirname(binary) + os.pathsep + os.environ.get("PATH", "")
+    return surroundings(XDG_RUNTIME_DIR=STATE.name, PATH=path, **more)
 
 
 def shell(text, surroundings, directory, strict=True):
@@ -113,74 +97,9 @@ def shell(text, surroundings, directory, strict=True):
 
 def against_an_emulator(binary, flags, text, directory):
     """Runs a block beside a fresh emulator."""
-    surroundings = environment(binary)
-    with tempfile.TemporaryFile() as log:
-        emulator = subprocess.Popen([binary, "serve", "--ports", "auto", "--ready-json", *flags], cwd=directory,
-                                    env=surroundings, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=log,
-                                    start_new_session=True)
-        try:
-            line = emulator.stdout.readline()
-            if not line:
-                emulator.wait(10)
-                log.seek(0)
-                raise Failed("the emulator did not start: %s" % log.read().decode(errors="replace"))
-            ready = json.loads(line)
-            surroundings["TS3100_CONTROL_URL"] = ready["control"]
-            for name, port in ready["ports"].items():
-                surroundings[name.upper()] = "127.0.0.1:%d" % port
-            return shell(text, surroundings, directory)
-        finally:
-            ended(emulator)
-            emulator.stdout.close()
-
-
-class Served:
-    """The command of ci:serve, with its log."""
-
-    def __init__(self, command, binary, directory):
-        self.log = tempfile.NamedTemporaryFile(prefix="ts3100-docs-", suffix=".log")
-        self.process = subprocess.Popen(["bash", "-c", "exec " + command], cwd=directory, env=environment(binary),
-                                        stdin=subprocess.DEVNULL, stdout=self.log, stderr=self.log,
-                                        start_new_session=True)
-        if not self.says("ts3100 is ready."):
-            self.close()
-            raise Failed("not ready within %d s; it printed\n%s" % (LIMIT, self.printed()))
-
-    def printed(self):
-        with open(self.log.name, encoding="utf-8", errors="replace") as log:
-            return log.read()
-
-    def says(self, line):
-        """Whether a line of the log ends so, sooner or later."""
-        limit = time.monotonic() + LIMIT
-        while time.monotonic() < limit and self.process.poll() is None:
-            if any((" " + " ".join(found.split())).endswith(" " + line) for found in self.printed().split("\n")):
-                return True
-            time.sleep(0.05)
-        return False
-
-    def close(self):
-        ended(self.process)
-        self.log.close()
-
-
-def commands(lines):
-    """(what is typed, the lines that it is to print) of a console block: `$ ` and what a here-document needs."""
-    at = 0
-    while at < len(lines):
-        if not lines[at].startswith("$ "):
-            raise Failed("a console block begins with `$ `, not with %r" % lines[at])
-        typed = [lines[at][2:]]
-        at += 1
-        document = re.search(r"<<'?(\w+)'?", typed[0])
-        while document and typed[-1] != document.group(1):
-            typed.append(lines[at])
-            at += 1
-        shown = []
-        while at < len(lines) and not lines[at].startswith("$ "):
-            shown.append(lines[at])
-            at += 1
-        yield "\n".join(typed), shown
+    with Emulator(binary, *flags, cwd=directory, env=environment(binary)) as emulator:
+        addresses = {name.upper(): "%s:%d" % emulator.address(name) for name in emulator.ports}
+        return shell(text, environment(binary, TS3100_CONTROL_URL=emulator.url, **addresses), directory)
 
 
 def console(text, binary, directory):
@@ -238,7 +157,9 @@ def run_page(path, binary):
                         raise Failed("the example printed\n%s\n     expected\n%s" % (printed, text))
                     continue
                 if kind == "serve":
-                    served = Served(text.strip(), binary, directory)
+                    served = Served(text.strip(), directory, environment(binary))
+                    if not served.says("ts3100 is ready."):
+                        raise Failed("not ready; it printed\n%s" % served.printed())
                 elif kind == "console":
                     console(text, binary, directory)
                 elif kind == "log":
@@ -263,26 +184,13 @@ def run_page(path, binary):
 
 
 def main():
-    parser = argparse.ArgumentParser(description="runs the examples of the documents as they are written")
-    parser.add_argument("--serve", required=True, metavar="BINARY", help="the ts3100 to be used")
+    parser = serving(__doc__)
     parser.add_argument("pages", nargs="*", help="docs/**/*.md if none is given")
     options = parser.parse_args()
-    binary = os.path.abspath(options.serve)
-    root = ROOT
-    pages = options.pages or sorted(glob.glob(os.path.join(root, "docs", "**", "*.md"), recursive=True))
-    count = 0
-    try:
-        for page in pages:
-            count += run_page(os.path.relpath(page), binary)
-    except Failed as failure:
-        print("FAILED %s" % failure, file=sys.stderr)
-        return 1
-    if count == 0:
-        print("FAILED no page has an example", file=sys.stderr)
-        return 1
-    print("%d examples did what their pages say" % count)
-    return 0
+    pages = options.pages or sorted(glob.glob(os.path.join(ROOT, "docs", "**", "*.md"), recursive=True))
+    count = sum(run_page(os.path.relpath(page), options.serve) for page in pages)
+    true("%d examples did what their pages say" % count, count)
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    sys.exit(program(main))

@@ -1,30 +1,39 @@
-"""Types what README.md shows of a session, word for word, and compares what comes back.
+#!/usr/bin/env python3
+"""Runs what README.md shows as its reader does: the command that starts the robot, the session with it word for word, and its end.
 
-    python3 tests/system/docs/readme_session.py README.md TARGET_DIRECTORY LOG_OF_THE_ROBOT
+    python3 tests/system/docs/readme_session.py [--target DIRECTORY_OF_CARGO]
 
-Each fenced block behind a line <!-- ci:session --> is taken: of `sh` every line is typed, of `console` the lines behind
-`$ ` and what a here-document needs, the others are what has to be printed; of `text` each line stands in the log of the
-robot, behind its time. The blocks share one shell, in a directory where nothing but `target` is."""
+The block after the line <!-- ci:run --> starts the robot. Each fenced block after a line <!-- ci:session --> is taken: of `sh`
+every line is typed, of `console` the lines after `$ ` and what a here-document needs, the others are what has to be printed; of
+`text` each line is in the log of the robot, after its time. The blocks share one shell, in a directory with `target` only."""
 
+import argparse
 import os
+import re
 import subprocess
 import sys
 import tempfile
-import time
 
-import page_examples
+sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "lib"))
+import console  # noqa: E402
+from emulator import ROOT  # noqa: E402
+from steps import Failed, equal, ok, program, true, until  # noqa: E402
+from wire import Host  # noqa: E402
 
-MARK = "<!-- ci:session -->"
+PAGE = os.path.join(ROOT, "README.md")
+RUN, SESSION = "<!-- ci:run -->", "<!-- ci:session -->"
 LIMIT = 60.0
+# cargo may have to build first.
+STARTED = 900.0
 END = "--- end of this command ---"
 
 
-def blocks(path):
-    """(language, lines) of each marked block."""
-    with open(path, encoding="utf-8") as page:
+def blocks(mark):
+    """(language, lines) of each block after this mark."""
+    with open(PAGE, encoding="utf-8") as page:
         lines = page.read().split("\n")
     for number, line in enumerate(lines):
-        if line == MARK:
+        if line == mark:
             begin = next(k for k in range(number, len(lines)) if lines[k].startswith("```"))
             end = next(k for k in range(begin + 1, len(lines)) if lines[k].startswith("```"))
             yield lines[begin][3:], lines[begin + 1:end]
@@ -32,26 +41,29 @@ def blocks(path):
 
 def commands(language, lines):
     """(what is typed, what is to be printed or None where the page does not say) of a block."""
-    return [("\n".join(lines), None)] if language == "sh" else page_examples.commands(lines)
+    return [("\n".join(lines), None)] if language == "sh" else console.commands(lines)
 
 
-def in_log(line, log):
-    """Whether a line of the log says so, sooner or later."""
-    limit = time.monotonic() + LIMIT
-    while time.monotonic() < limit:
-        with open(log, encoding="utf-8") as written:
-            if any(" ".join(found.split()).endswith(" " + line) for found in written):
-                return True
-        time.sleep(0.1)
-    return False
+def port_of(command):
+    """IP0: 1000 as in the factory's ETHERNET.PAR, and the offset the command asks for."""
+    offset = re.search(r"--port-offset[ =](\d+)", command)
+    return 1000 + (int(offset.group(1)) if offset else 0)
 
 
-def main():
-    page, target, log = sys.argv[1:]
-    found = list(blocks(page))
-    steps = [step for language, lines in found if language != "text" for step in commands(language, lines)]
-    if not steps:
-        sys.exit("%s has no block behind %s" % (page, MARK))
+def answers(served, port):
+    """Whether SU is answered; fails when the command has ended."""
+    if served.process.poll() is not None:
+        raise Failed("the robot starts\n     found    its end:\n%s" % served.printed())
+    try:
+        return len(Host(("127.0.0.1", port), True).status()) == 6
+    except OSError:
+        return False
+
+
+def session(target):
+    """Types the commands and compares what they print; how many there were."""
+    steps = [step for language, lines in blocks(SESSION) if language != "text" for step in commands(language, lines)]
+    true("README.md shows a session of %d commands" % len(steps), steps)
     script = "shopt -s expand_aliases\n" + "".join("%s\necho '%s'\n" % (typed, END) for typed, _ in steps)
     with tempfile.TemporaryDirectory(prefix="ts3100-session-") as directory:
         os.symlink(os.path.abspath(target), os.path.join(directory, "target"))
@@ -59,16 +71,29 @@ def main():
                                timeout=LIMIT, check=False)
     answers = shell.stdout.split(END + "\n")
     if len(answers) != len(steps) + 1:
-        sys.exit("the session did not come to its end:\n" + shell.stdout)
+        raise Failed("the session comes to its end\n     found    %s" % shell.stdout)
     for (typed, expected), printed in zip(steps, answers):
         if expected is not None and printed.rstrip("\n").split("\n") != (expected or [""]):
-            sys.exit("%s: behind\n  $ %s\nit shows\n%s\n     found\n%s" % (page, typed, "\n".join(expected), printed))
-    said = [line for language, lines in found if language == "text" for line in lines]
-    for line in said:
-        if not in_log(line, log):
-            sys.exit("%s: the log of the robot does not say %r" % (page, line))
-    print("%d commands of the session and %d lines of the log are as %s shows them" % (len(steps), len(said), page))
+            raise Failed("$ %s\n     expected\n%s\n     found\n%s" % (typed, "\n".join(expected), printed))
+    ok("each command prints what README.md shows")
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--target", metavar="DIRECTORY", default=os.path.join(ROOT, "target"), help="where cargo builds")
+    target = parser.parse_args().target
+    (_, lines), = blocks(RUN)
+    command = "\n".join(lines)
+    served = console.Served(command, ROOT, dict(os.environ))
+    try:
+        until("`%s` answers SU" % command, lambda: answers(served, port_of(command)), STARTED, served.printed, pause=0.2)
+        session(target)
+        for line in (line for language, lines in blocks(SESSION) if language == "text" for line in lines):
+            true("the log says %r" % line, served.says(line), served.printed())
+    finally:
+        code = served.close()
+    equal("SIGTERM ends it with exit code 0", 0, code)
 
 
 if __name__ == "__main__":
-    main()
+    sys.exit(program(main))

@@ -14,7 +14,9 @@ import sys
 import time
 
 sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "lib"))
-from wire import CR, EOF, ETX, Failed, Line, equal, ok, options, run, true  # noqa: E402
+from emulator import options, run  # noqa: E402
+from steps import Failed, equal, ok, true  # noqa: E402
+from wire import CR, EOF, ETX, Line  # noqa: E402
 
 STEP, ACKNOWLEDGE = 0.5, 0.05
 # Bytes of an answer to SF: FL and a comma before the body, EOF and ETX after it.

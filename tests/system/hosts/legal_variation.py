@@ -4,7 +4,6 @@ takes what one read gives for one text, gets by without variation, and fails und
 
     python3 tests/system/hosts/legal_variation.py --serve target/release/ts3100 [--seeds 20] [--jobs 2]"""
 
-import argparse
 import concurrent.futures
 import os
 import socket
@@ -14,7 +13,9 @@ import time
 
 HERE = os.path.dirname(os.path.abspath(__file__))
 sys.path.insert(0, os.path.join(HERE, "..", "lib"))
-from wire import ADVISED_PAUSE, Emulator, Failed, ok  # noqa: E402
+from emulator import Emulator  # noqa: E402
+from steps import Failed, ok, program, serving  # noqa: E402
+from wire import ADVISED_PAUSE  # noqa: E402
 
 # rough_weather looks at times, which are what varies. scara_client is a program of the field that takes five bytes of
 # one receive for OK: it relies on what the manual does not guarantee, and is run to show it.
@@ -34,32 +35,29 @@ def careful(binary, host, seed):
 
 def careless(binary, seed):
     """Twenty times SU by a host that leans on luck; what it stumbled over, or None."""
-    emulator = Emulator(binary, *(("--vary", str(seed)) if seed is not None else ()))
-    try:
-        line = socket.create_connection(emulator.address("ip0"), timeout=2.0)
-        for number in range(20):
-            time.sleep(ADVISED_PAUSE)
-            line.sendall(b"\x02SU\r\x03")
-            text = line.recv(4096)
-            if not (text.startswith(b"\x02FL,MODE:") and text.endswith(b"\x1a\x03")):
-                return "SU number %d: %r" % (number + 1, text)
-            time.sleep(ADVISED_PAUSE)
-            line.sendall(b"\x02OK\r\x03")
-        return None
-    except OSError as error:
-        return str(error)
-    finally:
-        emulator.kill()
+    with Emulator(binary, *(("--vary", str(seed)) if seed is not None else ())) as emulator:
+        try:
+            line = socket.create_connection(emulator.address("ip0"), timeout=2.0)
+            for number in range(20):
+                time.sleep(ADVISED_PAUSE)
+                line.sendall(b"\x02SU\r\x03")
+                text = line.recv(4096)
+                if not (text.startswith(b"\x02FL,MODE:") and text.endswith(b"\x1a\x03")):
+                    return "SU number %d: %r" % (number + 1, text)
+                time.sleep(ADVISED_PAUSE)
+                line.sendall(b"\x02OK\r\x03")
+        except OSError as error:
+            return str(error)
+    return None
 
 
 def main():
-    parser = argparse.ArgumentParser(description="Hosts under legal variation.")
-    parser.add_argument("--serve", metavar="TS3100", required=True, help="the binary to start")
+    parser = serving(__doc__)
     parser.add_argument("--seeds", type=int, default=20, help="how many (default 20)")
     parser.add_argument("--first", type=int, default=1, help="the first of them (default 1)")
     parser.add_argument("--jobs", type=int, default=os.cpu_count() or 1, help="hosts at a time (default: processors)")
     arguments = parser.parse_args()
-    binary = os.path.abspath(arguments.serve)
+    binary = arguments.serve
     seeds = range(arguments.first, arguments.first + arguments.seeds)
     failures = 0
     with concurrent.futures.ThreadPoolExecutor(arguments.jobs) as pool:
@@ -77,22 +75,18 @@ def main():
                   flush=True)
     if not failures:
         ok("%d hosts get their work done under %d seeds" % (len(HOSTS), len(seeds)))
-    try:
-        gets_by = [seed for seed, run in lucky if run.result() is None]
-        if gets_by:
-            raise Failed("scara_client fails under every seed\n     found    it gets by under %s" % gets_by)
-        ok("scara_client, which takes five bytes of one receive for OK, fails under every seed")
-        if plain.result():
-            raise Failed("a host that takes a read for a text gets by without variation\n     found    " + plain.result())
-        gets_by = [seed for seed, run in hasty if run.result() is None]
-        if gets_by:
-            raise Failed("it fails under every seed\n     found    it gets by under %s" % gets_by)
-        ok("a host that takes a read for a text gets by without variation and fails under every seed")
-    except Failed as error:
-        failures += 1
-        print("FAIL %s" % error, flush=True)
-    return 1 if failures else 0
+    gets_by = [seed for seed, run in lucky if run.result() is None]
+    if gets_by:
+        raise Failed("scara_client fails under every seed\n     found    it gets by under %s" % gets_by)
+    ok("scara_client, which takes five bytes of one receive for OK, fails under every seed")
+    if plain.result():
+        raise Failed("a host that takes a read for a text gets by without variation\n     found    " + plain.result())
+    gets_by = [seed for seed, run in hasty if run.result() is None]
+    if gets_by:
+        raise Failed("it fails under every seed\n     found    it gets by under %s" % gets_by)
+    ok("a host that takes a read for a text gets by without variation and fails under every seed")
+    return failures > 0
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    sys.exit(program(main))

@@ -12,7 +12,9 @@ import sys
 import time
 
 sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "lib"))
-from wire import CR, EOF, ETX, STX, Failed, Line, equal, ok, options, run, show, true  # noqa: E402
+from emulator import options, run  # noqa: E402
+from steps import Failed, equal, ok, show, true  # noqa: E402
+from wire import CR, EOF, ETX, STX, Line  # noqa: E402
 
 STATUS_TIMEOUT, OK_TIMEOUT = 0.5, 5.0
 FEED = 0.3

@@ -5,13 +5,11 @@ answer. After each attack IP0 answers and SIGTERM ends serve.
 
     python3 tests/system/hosts/overload.py --serve target/release/ts3100 [--rounds 100]"""
 
-import argparse
-import http.client
-import json
+import contextlib
+import functools
 import multiprocessing
 import os
 import re
-import shutil
 import signal
 import socket
 import statistics
@@ -22,7 +20,9 @@ import threading
 import time
 
 sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "lib"))
-from wire import Emulator, Failed, Host, equal, ok, true  # noqa: E402
+from emulator import Emulator, split  # noqa: E402
+from steps import Failed, equal, ok, program, serving, true, until  # noqa: E402
+from wire import Host  # noqa: E402
 
 # The longest a single answer may take on a busy machine; the usual one is held to USUAL.
 ANSWER, USUAL = 2.0, 0.05
@@ -56,15 +56,24 @@ def asked(emulator):
     return time.monotonic() - begun
 
 
+@contextlib.contextmanager
+def loaded(source):
+    """The path of a program for `--load`."""
+    with tempfile.TemporaryDirectory(prefix="ts3100-") as folder:
+        path = os.path.join(folder, source.split(None, 2)[1].decode().lower() + ".scol")
+        with open(path, "wb") as file:
+            file.write(source)
+        yield path
+
+
 def floods(binary, rounds):
     """Random bytes into HOST's terminal, never read, and away."""
-    folder = tempfile.mkdtemp(prefix="ts3100-")
-    emulator = Emulator(binary, "--serial-dir", os.path.join(folder, "s"), "--set", "serial.pacing=false")
-    try:
+    with tempfile.TemporaryDirectory(prefix="ts3100-") as folder, \
+            Emulator(binary, "--serial-dir", os.path.join(folder, "s"), "--set", "serial.pacing=false") as emulator:
         for number in range(rounds):
             terminal = os.open(os.path.join(folder, "s", "host"), os.O_RDWR | os.O_NOCTTY | os.O_NONBLOCK)
-            until = time.monotonic() + 0.1
-            while time.monotonic() < until:
+            limit = time.monotonic() + 0.1
+            while time.monotonic() < limit:
                 try:
                     os.write(terminal, os.urandom(512))
                 except BlockingIOError:
@@ -75,20 +84,12 @@ def floods(binary, rounds):
             except Failed as error:
                 raise Failed("round %d: %s" % (number + 1, error)) from error
         ok("%d terminal hosts that flood and leave" % rounds)
-        emulator.stop()
-    finally:
-        emulator.kill()
-        shutil.rmtree(folder)
 
 
 def hurry(binary, factor, name):
     """A program that never ends, at a factor that no machine keeps up with: how long SU takes, and SIGTERM."""
-    folder = tempfile.mkdtemp(prefix="ts3100-")
-    program = os.path.join(folder, "loop.scol")
-    with open(program, "wb") as file:
-        file.write(b"PROGRAM LOOP\nA = 0\nSPEED = 100\nAGAIN:\n%s\nGOTO AGAIN\nEND\n" % LOOPS[name])
-    emulator = Emulator(binary, "--time", factor, "--servo-on", "--load", program, "--select", "LOOP")
-    try:
+    source = b"PROGRAM LOOP\nA = 0\nSPEED = 100\nAGAIN:\n%s\nGOTO AGAIN\nEND\n" % LOOPS[name]
+    with loaded(source) as path, Emulator(binary, "--time", factor, "--servo-on", "--load", path, "--select", "LOOP") as emulator:
         host = Host(emulator.address("ip0"), True)
         host.command(b"RN")
         host.close()
@@ -97,14 +98,8 @@ def hurry(binary, factor, name):
             took.append(asked(emulator))
             time.sleep(0.01)
         begun = time.monotonic()
-        emulator.process.terminate()
-        code = emulator.process.wait(ANSWER)
-        if code != 0:
-            raise Failed("SIGTERM ends it with exit code 0\n     found    %d" % code)
+        emulator.stop(within=ANSWER)
         return statistics.median(took), time.monotonic() - begun
-    finally:
-        emulator.kill()
-        shutil.rmtree(folder)
 
 
 def in_a_hurry(binary, factor):
@@ -122,13 +117,11 @@ def unread_log(binary):
     """A log that nobody reads, and one whose reader has gone: what is not taken is dropped and counted."""
     for closed in (False, True):
         what = "a closed log" if closed else "a log that nobody reads"
-        process = subprocess.Popen([binary, "serve", "--ports", "auto", "--ready-json", "-vv"], stdout=subprocess.PIPE,
-                                   stderr=subprocess.PIPE)
-        try:
-            address = ("127.0.0.1", json.loads(process.stdout.readline())["ports"]["ip0"])
+        with Emulator(binary, "-vv", stderr=subprocess.PIPE) as emulator:
+            log = emulator.process.stderr
             if closed:
-                process.stderr.close()
-            host = Host(address, True)
+                log.close()
+            host = Host(emulator.address("ip0"), True)
             for _ in range(TEXTS):
                 host.raw(b"\x02XX\r\x03")
                 if host.receive(ANSWER) != b"NG\r":
@@ -137,26 +130,19 @@ def unread_log(binary):
             host.close()
             if not closed:
                 # Its reader comes back.
-                log = []
-                reader = threading.Thread(target=lambda: log.append(process.stderr.read()))
+                lines = []
+                reader = threading.Thread(target=lambda lines=lines, log=log: lines.extend(log))
                 reader.start()
-                time.sleep(0.2)
-                process.terminate()
+                until("%s: it is read again" % what, lambda lines=lines: lines, ANSWER)
+                emulator.stop()
                 reader.join(5)
-                true("%s: it says how many lines are missing" % what, b"lines dropped: " in log[0], log[0][-200:])
-            else:
-                process.terminate()
-            true("%s: SIGTERM ends it with exit code 0" % what, process.wait(5) == 0)
-        finally:
-            process.kill()
-            process.wait()
+                true("%s: it says how many lines are missing" % what, any(b"lines dropped: " in line for line in lines), lines[-2:])
 
 
 def storm(binary):
     """A host that sends nonsense as fast as it is answered: the log folds what it says of it, as text and as JSON."""
     for form in ("text", "json"):
-        emulator = Emulator(binary, "--log-format", form)
-        try:
+        with Emulator(binary, "--log-format", form) as emulator:
             host = Host(emulator.address("ip0"), True)
             for _ in range(TEXTS):
                 host.raw(b"\x02XX\r\x03")
@@ -170,17 +156,14 @@ def storm(binary):
             told = re.findall(fold, log, re.M)
             lines = sum(map(int, told)) + sum(" refused: " in line and not re.search(fold, line) for line in log.splitlines())
             equal("%s: every refusal is counted" % form, TEXTS, lines)
-        finally:
-            emulator.kill()
 
 
 def stopped(binary):
     """SIGSTOP for a while: SU is answered at once afterwards, and virtual time has passed or was skipped, as asked for."""
     for gap in ("catch-up", "skip"):
-        emulator = Emulator(binary, "--control", "127.0.0.1:0", "--time-gap", gap)
-        try:
-            host, control = Host(emulator.address("ip0"), True), at(emulator.ready["control"])
-            before, begun = clock(control), time.monotonic()
+        with Emulator(binary, "--time-gap", gap) as emulator:
+            host, clock = Host(emulator.address("ip0"), True), functools.partial(emulator.robot.call, "GET", "/clock")
+            before, begun = clock(), time.monotonic()
             os.kill(emulator.process.pid, signal.SIGSTOP)
             time.sleep(STOPPED)
             os.kill(emulator.process.pid, signal.SIGCONT)
@@ -189,25 +172,13 @@ def stopped(binary):
             host.receive(ANSWER)
             took = time.monotonic() - runs
             true("%s: SU is answered %.0f ms after SIGCONT" % (gap, 1e3 * took), took < 2 * USUAL)
-            after = clock(control)
+            after = clock()
             passed, wall = after["now"] - before["now"], time.monotonic() - begun
             expected = wall if gap == "catch-up" else wall - STOPPED
             true("%s: %.2f s of virtual time have passed in %.2f s" % (gap, passed, wall), abs(passed - expected) < 0.5)
             true("%s: /clock says %.2f s were skipped" % (gap, after["skipped"]),
                  abs(after["skipped"] - (0 if gap == "catch-up" else STOPPED)) < 0.5)
             host.close()
-            emulator.stop()
-        finally:
-            emulator.kill()
-
-
-def clock(control):
-    """What /clock says."""
-    caller = http.client.HTTPConnection(*control, timeout=ANSWER)
-    caller.request("GET", "/clock")
-    found = json.loads(caller.getresponse().read())
-    caller.close()
-    return found
 
 
 def drips(binary):
@@ -243,9 +214,7 @@ def drips(binary):
 
 def made_up(binary):
     """Names and lines of others: nothing of them is obeyed, and a giant line is not echoed."""
-    folder = tempfile.mkdtemp(prefix="ts3100-")
-    emulator = Emulator(binary, "-vv")
-    try:
+    with tempfile.TemporaryDirectory(prefix="ts3100-") as folder, Emulator(binary, "-vv") as emulator:
         host = Host(emulator.address("ip0"), True)
         for text in (b"\x1b[2J", b"\x07\x08", b"\x9b", b"SL,\x1b]0;x\x07", b"\n2026 INFO all is well"):
             host.raw(b"\x02" + text + b"\r\x03")
@@ -256,11 +225,11 @@ def made_up(binary):
         raw = [letter for letter in log if (ord(letter) < 32 and letter != "\n") or 127 <= ord(letter) < 160]
         true("no control character of a host is in the log", not raw and "<1B>" in log, raw)
         true("no line of the log is a host's", not re.search("^2026 INFO all", log, re.M))
-        for flag, start in (("--config", ""), ("--faults", ""), ("--scenario", ""), ("--model", "")):
+        for flag in ("--config", "--faults", "--scenario", "--model"):
             path = os.path.join(folder, "giant.toml")
             for content in ("x = [" + "A" * 500_000, "A" * 500_000 + " = 1", "[[fault]]\nkind = \"" + "\x1b[2J" * 9 + "\""):
                 with open(path, "w") as file:
-                    file.write(start + content)
+                    file.write(content)
                 found = subprocess.run([binary, "serve", "--ports", "auto", flag, path], stdout=subprocess.PIPE,
                                        stderr=subprocess.PIPE, timeout=30)
                 said = found.stderr
@@ -268,9 +237,6 @@ def made_up(binary):
                     raise Failed("%s of nonsense is refused in a few words\n     found    %d, %d bytes: %r"
                                  % (flag, found.returncode, len(said), said[:200]))
         ok("files that are no TOML are refused in a few words")
-    finally:
-        emulator.kill()
-        shutil.rmtree(folder)
 
 
 def pipeline(address, block, sent):
@@ -287,7 +253,7 @@ def pipeline(address, block, sent):
         sent.value += len(block)
 
 
-def waits(address, control):
+def waits(address, robot):
     """How long one in twenty waits at least for SU on a port, and for /health, over a round."""
     host, took = Host(address, True), {"SU": [], "/health": []}
 
@@ -296,15 +262,9 @@ def waits(address, control):
         host.receive(ANSWER)
         host.raw(b"\x02OK\r\x03")
 
-    def health():
-        caller = http.client.HTTPConnection(*control, timeout=ANSWER)
-        caller.request("GET", "/health")
-        caller.getresponse().read()
-        caller.close()
-
-    until = time.monotonic() + ROUND
-    while time.monotonic() < until:
-        for name, ask in (("SU", su), ("/health", health)):
+    limit = time.monotonic() + ROUND
+    while time.monotonic() < limit:
+        for name, ask in (("SU", su), ("/health", lambda: robot.call("GET", "/health", timeout=ANSWER))):
             begun = time.monotonic()
             try:
                 ask()
@@ -318,77 +278,49 @@ def waits(address, control):
 
 def fairness(binary):
     """A host that pipelines on one port: the others and /health wait no longer for it."""
-    folder = tempfile.mkdtemp(prefix="ts3100-")
-    program = os.path.join(folder, "reader.scol")
-    with open(program, "wb") as file:
-        file.write(READER)
+    lines = ("--serial-host-tcp", "127.0.0.1:0", "--serial-com1-tcp", "127.0.0.1:0", "--set", "serial.pacing=false")
     for port, block in (("ip0", b"\x02SU\r\x03" * 1000), ("host", b"\x02SU\r\x03" * 1000), ("com1", b"1\r" * 2000),
                         ("ip1", b"1\r" * 2000)):
-        emulator = Emulator(binary, "--serial-host-tcp", "127.0.0.1:0", "--serial-com1-tcp", "127.0.0.1:0", "--set",
-                            "serial.pacing=false", "--control", "127.0.0.1:0", "--servo-on", "--load", program,
-                            "--select", "READER")
-        addresses = {name: at(emulator.ready["serial"][name]) for name in ("host", "com1")}
-        addresses.update({name: emulator.address(name) for name in ("ip0", "ip1")})
-        sent = multiprocessing.Value("Q")
-        flood = multiprocessing.Process(target=pipeline, args=(addresses[port], block, sent), daemon=True)
-        try:
+        with loaded(READER) as path, Emulator(binary, *lines, "--servo-on", "--load", path, "--select", "READER") as emulator:
+            addresses = {name: split(emulator.ready["serial"][name].split("//")[-1]) for name in ("host", "com1")}
+            addresses.update({name: emulator.address(name) for name in ("ip0", "ip1")})
+            sent = multiprocessing.Value("Q")
+            flood = multiprocessing.Process(target=pipeline, args=(addresses[port], block, sent), daemon=True)
             host = Host(emulator.address("ip0"), True)
             host.command(b"RN")
             host.close()
             flood.start()
-            while not sent.value:
-                time.sleep(0.01)
-            probe = addresses["host" if port == "ip0" else "ip0"]
-            rounds = [waits(probe, at(emulator.ready["control"])) for _ in range(ROUNDS)]
-            true("%s: the host that pipelines is still there, %d KB" % (port, sent.value >> 10), flood.is_alive())
-            for name in rounds[0]:
-                best = min(found[name] for found in rounds)
-                true("%s pipelines: %s waits %.1f ms" % (port, name, 1e3 * best), best < FAIR, rounds)
-            flood.kill()
-            emulator.stop()
-        finally:
-            if flood.is_alive():
+            try:
+                until("%s is flooded" % port, lambda: sent.value, ANSWER)
+                probe = addresses["host" if port == "ip0" else "ip0"]
+                rounds = [waits(probe, emulator.robot) for _ in range(ROUNDS)]
+                true("%s: the host that pipelines is still there, %d KB" % (port, sent.value >> 10), flood.is_alive())
+                for name in rounds[0]:
+                    best = min(found[name] for found in rounds)
+                    true("%s pipelines: %s waits %.1f ms" % (port, name, 1e3 * best), best < FAIR, rounds)
+            finally:
                 flood.kill()
-            emulator.kill()
-    shutil.rmtree(folder)
-
-
-def at(place):
-    """Host and port of a URL or an address."""
-    host, port = place.split("//")[-1].rstrip("/").rsplit(":", 1)
-    return host, int(port)
 
 
 def hang_up(binary):
     """SIGHUP is an end like any other."""
-    emulator = Emulator(binary)
-    try:
-        emulator.process.send_signal(signal.SIGHUP)
-        true("SIGHUP ends serve with exit code 0", emulator.process.wait(5) == 0)
-    finally:
-        emulator.kill()
+    with Emulator(binary) as emulator:
+        emulator.stop(by=signal.SIGHUP)
 
 
 def main():
-    parser = argparse.ArgumentParser(description="What must not hang the emulator.")
-    parser.add_argument("--serve", metavar="TS3100", required=True, help="the binary to start")
+    parser = serving(__doc__)
     parser.add_argument("--rounds", type=int, default=100, help="terminal hosts (default 100)")
     attacks = (floods, in_a_hurry, unread_log, storm, hang_up, stopped, drips, made_up, fairness)
     names = [attack.__name__ for attack in attacks]
     parser.add_argument("--only", choices=names, metavar="ATTACK", help="one of " + ", ".join(names))
     arguments = parser.parse_args()
-    binary = os.path.abspath(arguments.serve)
     further = {"floods": [(arguments.rounds,)], "in_a_hurry": [(factor,) for factor in FACTORS]}
-    try:
-        for attack in attacks:
-            if arguments.only in (None, attack.__name__):
-                for words in further.get(attack.__name__, [()]):
-                    attack(binary, *words)
-    except (Failed, OSError) as error:
-        print("FAIL %s" % error, flush=True)
-        return 1
-    return 0
+    for attack in attacks:
+        if arguments.only in (None, attack.__name__):
+            for words in further.get(attack.__name__, [()]):
+                attack(arguments.serve, *words)
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    sys.exit(program(main))

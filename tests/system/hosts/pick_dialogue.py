@@ -11,7 +11,9 @@ import os
 import sys
 
 sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "lib"))
-from wire import ETX, STX, EOF, Failed, Line, equal, options, run, true  # noqa: E402
+from emulator import options, run  # noqa: E402
+from steps import Failed, equal, true  # noqa: E402
+from wire import ETX, STX, EOF, Line  # noqa: E402
 
 PROGRAM = b"""PROGRAM PICK
 REMARK Serves picks until a command of 0 comes.

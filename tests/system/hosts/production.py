@@ -10,7 +10,9 @@ import sys
 import time
 
 sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "lib"))
-from wire import CR, Failed, Host, Line, equal, ok, options, run, true  # noqa: E402
+from emulator import options, run  # noqa: E402
+from steps import Failed, equal, ok, true  # noqa: E402
+from wire import CR, Host, Line  # noqa: E402
 
 NAME = b"CELL"
 PROGRAM = b"""PROGRAM CELL

@@ -6,23 +6,21 @@ gives another run.
     python3 tests/system/hosts/reproducible_runs.py --serve target/release/ts3100 [--runs 2] [--keep DIR]
 
 (a) Nobody outside: a scenario drives a program in `--time auto`, by `serve` and by `exec`.
-(b) A host program over TCP on IP0 and IP1, in `--time stepped`: it moves time itself, by `ts3100 ctl clock`."""
+(b) A host program over TCP on IP0 and IP1, in `--time stepped`: it moves time itself, over the control interface."""
 
-import argparse
+import contextlib
 import hashlib
-import json
 import os
 import shutil
-import signal
 import subprocess
 import sys
 import tempfile
 import time
-import urllib.request
 
-HERE = os.path.dirname(os.path.abspath(__file__))
-sys.path.insert(0, os.path.join(HERE, "..", "lib"))
-from wire import CR, EOF, ETX, Failed, Host, Line, equal, ok, show, true  # noqa: E402
+sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "lib"))
+from emulator import Emulator, NotReached, Robot, surroundings  # noqa: E402
+from steps import Failed, equal, ok, program, serving, show, true, until  # noqa: E402
+from wire import CR, ETX, Host, Line  # noqa: E402
 
 CELL = b"""PROGRAM CELL
 REMARK Output 1 asks for a part; part 0 ends the shift.
@@ -121,7 +119,6 @@ FAULTS = ["lost-record:probability=0.2,times=0", "alarm:channel=IP1,number=2-046
 WEATHER = ["split-bytes:channel=IP0,probability=0.15,times=0,size=40", "late-reply:channel=IP0,probability=0.1,times=0,delay=700",
            "no-reply:command=SU,probability=0.2,times=0", "slow-line:channel=IP1,probability=0.3,times=0,speed=2400",
            "ng:command=SO,times=2"]
-READY_TIMEOUT = 20.0
 QUIET = 0.4
 RUN_LIMIT = 60.0
 
@@ -141,56 +138,17 @@ def written(directory, *but):
     return found
 
 
-def surroundings(binary):
-    """Ours, without what somebody has said to another emulator."""
-    found = {name: value for name, value in os.environ.items() if not name.startswith("TS3100_")}
-    found["PATH"] = os.path.dirname(binary) + os.pathsep + found.get("PATH", "")
-    return found
-
-
-def clock(url):
-    """The virtual time now, in seconds."""
-    with urllib.request.urlopen(url + "/clock", timeout=10) as answer:
-        return json.load(answer)["now"]
-
-
-def until_quiet(url):
+def until_quiet(robot):
     """Waits until virtual time stands: nothing more happens by itself."""
-    limit, last, since = time.monotonic() + RUN_LIMIT, None, 0.0
-    while time.monotonic() < limit:
-        now = clock(url)
-        if now != last:
-            last, since = now, time.monotonic()
-        elif time.monotonic() - since > QUIET:
-            return now
-        time.sleep(0.05)
-    raise Failed("virtual time stands within %.0f s\n     found    %.6f s and going on" % (RUN_LIMIT, last))
+    seen = [None, time.monotonic()]
 
+    def stands():
+        if robot.clock.now != seen[0]:
+            seen[:] = robot.clock.now, time.monotonic()
+        return time.monotonic() - seen[1] > QUIET
 
-class Serve:
-    """A `ts3100 serve` in a directory."""
-
-    def __init__(self, binary, directory, *flags):
-        with open(os.path.join(directory, "log"), "wb") as log:
-            self.process = subprocess.Popen([binary, "serve", "--ports", "auto", "--ready-json", *flags], cwd=directory,
-                                            env=surroundings(binary), stdout=subprocess.PIPE, stderr=log)
-        line = self.process.stdout.readline()
-        if not line:
-            with open(os.path.join(directory, "log"), encoding="utf-8") as log:
-                raise Failed("serve starts\n     found    %s" % log.read())
-        self.ready = json.loads(line)
-
-    def end(self):
-        """SIGTERM, and its exit code."""
-        self.process.send_signal(signal.SIGTERM)
-        return self.process.wait(20)
-
-    def kill(self):
-        """Whatever its state."""
-        if self.process.poll() is None:
-            self.process.kill()
-            self.process.wait()
-        self.process.stdout.close()
+    until("virtual time stands", stands, RUN_LIMIT, lambda: "%.6f s and going on" % seen[0])
+    return seen[0]
 
 
 def alone(binary, how, directory, vary, fault_seed):
@@ -203,19 +161,12 @@ def alone(binary, how, directory, vary, fault_seed):
     for fault in FAULTS:
         flags += ["--fault", fault]
     if how == "serve":
-        robot = Serve(binary, directory, *flags)
-        try:
-            now = until_quiet(robot.ready["control"])
-            code = robot.end()
-        finally:
-            robot.kill()
-        if code != 5:
-            raise Failed("serve ends with 5, an expectation that was not met\n     found    %d" % code)
+        with Emulator(binary, *flags, cwd=directory) as emulator:
+            now = until_quiet(emulator.robot)
+            emulator.stop(code=5, within=20)
     else:
-        wait = "import sys; sys.path.insert(0, %r); import os, reproducible_runs; reproducible_runs.until_quiet(os.environ['TS3100_CONTROL_URL'])"
-        ended = subprocess.run([binary, "exec", *flags, "--", sys.executable, "-c", wait % HERE], cwd=directory,
-                               env=surroundings(binary), stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
-                               timeout=2 * RUN_LIMIT)
+        ended = subprocess.run([binary, "exec", *flags, "--", sys.executable, os.path.abspath(__file__), "--until-quiet"], cwd=directory,
+                               env=surroundings(), stdout=subprocess.PIPE, stderr=subprocess.STDOUT, timeout=2 * RUN_LIMIT)
         if ended.returncode != 64:
             raise Failed("exec ends with 64, an expectation that was not met\n     found    %d: %s"
                          % (ended.returncode, ended.stdout.decode("utf-8", "replace")))
@@ -226,57 +177,42 @@ def alone(binary, how, directory, vary, fault_seed):
 class Stepped:
     """A host whose pauses are virtual: time passes when it says so, and not otherwise."""
 
-    def __init__(self, binary, robot):
-        self.binary, self.url = binary, robot.ready["control"]
-        address = {name: ("127.0.0.1", port) for name, port in robot.ready["ports"].items()}
+    def __init__(self, emulator):
+        self.robot = emulator.robot
         # One after the other: which of two sockets the system reports first is nobody's promise.
-        self.host = Patient(address["ip0"], self)
-        self.until_connected("ip0")
-        self.line = Patient(address["ip1"], self)
-        self.until_connected("ip1")
+        self.host, self.line = (self.connected(emulator, port) for port in ("ip0", "ip1"))
 
-    def until_connected(self, port):
-        """Waits until the emulator has a peer on the port."""
-        limit = time.monotonic() + RUN_LIMIT
-        while time.monotonic() < limit:
-            with urllib.request.urlopen(self.url + "/channels/" + port, timeout=10) as answer:
-                if json.load(answer).get("peer"):
-                    return
-            time.sleep(0.01)
-        raise Failed("%s has a peer within %.0f s\n     found    none" % (port, RUN_LIMIT))
+    def connected(self, emulator, port):
+        """A line that the emulator has as the peer of the port."""
+        line = Patient(emulator.address(port), self.robot)
+        until("%s has a peer" % port, lambda: self.robot.channel(port).get("peer"), RUN_LIMIT)
+        return line
 
-    def clock(self, *words):
-        """`ts3100 ctl clock ...`: what it says."""
-        ended = subprocess.run([self.binary, "ctl", "--url", self.url, "--json", "clock", *words], stdout=subprocess.PIPE,
-                               stderr=subprocess.STDOUT, timeout=60)
-        if ended.returncode not in (0, 4):
-            raise Failed("ctl clock %s\n     found    %d: %s" % (" ".join(words), ended.returncode, ended.stdout.decode()))
-        return json.loads(ended.stdout)
-
-    def advance(self, seconds):
-        """So much virtual time passes."""
-        self.clock("advance", str(seconds))
+    def advance_until(self, condition, within):
+        """Virtual time passes until the condition is met, or so many seconds."""
+        with contextlib.suppress(NotReached):
+            self.robot.advance_until(condition, within)
 
 
 class Patient(Host):
     """A line on which time is moved when nothing comes."""
 
-    def __init__(self, address, steps):
+    def __init__(self, address, robot):
         super().__init__(address, stx=True)
-        self.steps = steps
+        self.robot = robot
         self.repeated = 0
 
     def text(self, data):
         """One text; the answer has at least 0.15 s to come."""
         self.raw(self.stx + data + ETX)
-        self.steps.advance(0.15)
+        self.robot.advance(0.15)
 
     def more(self, timeout):
         """Bytes that have come, or come within the next seconds of virtual time."""
         for _ in range(12):
             if super().more(1.0):
                 return True
-            self.steps.advance(0.5)
+            self.robot.advance(0.5)
         return False
 
     def until(self, end, timeout=5.0):
@@ -293,7 +229,7 @@ class Patient(Host):
             except Failed:
                 self.kept, self.repeated = b"", self.repeated + 1
                 # An exchange that hangs is over after 10 s without a text.
-                self.steps.advance(11)
+                self.robot.advance(11)
                 while Line.more(self, 0.5):
                     self.kept = b""
         return job()
@@ -304,9 +240,8 @@ def shift(binary, directory, vary, fault_seed):
     flags = ["--time", "stepped", "--vary", str(vary), "--fault-seed", str(fault_seed), *reports("--junit")]
     for fault in WEATHER:
         flags += ["--fault", fault]
-    robot = Serve(binary, directory, *flags)
-    try:
-        steps = Stepped(binary, robot)
+    with Emulator(binary, *flags, cwd=directory) as emulator:
+        steps = Stepped(emulator)
         host, line = steps.host, steps.line
         host.again(lambda: host.command(b"SO"))
         whole = CELL + b"".join(b"REMARK %03d\r\n" % number for number in range(60))
@@ -316,34 +251,30 @@ def shift(binary, directory, vary, fault_seed):
               host.again(lambda: host.file(b"UL,CELL")).replace(b"\n", b"\r\n").replace(b"\r\r", b"\r"))
         host.command(b"RN")
         for part in (7, 8, 9):
-            steps.clock("advance-until", "printed", "IP1", "REQ", "--within", "30")
+            steps.advance_until("printed IP1 REQ", 30)
             record = line.until(CR)
             if not record.startswith(b"REQ"):
                 raise Failed("REQ comes\n     found    %s" % show(record))
             line.raw(b"%d\r" % part)
             host.again(host.status)
-            steps.clock("advance-until", "printed", "IP1", "DONE", "--within", "60")
+            steps.advance_until("printed IP1 DONE", 60)
             record = line.until(CR)
             if [float(word) for word in record[4:].split()][:2] != [part, part - 6]:
                 raise Failed("part %d is done\n     found    %s" % (part, show(record)))
         line.until(CR)
         host.again(lambda: host.file(b"CA"))
         host.raw(b"su\r\x03")
-        steps.advance(0.5)
+        steps.robot.advance(0.5)
         line.raw(b"0\r")
-        steps.clock("advance-until", "idle", "--within", "30")
+        steps.advance_until("idle", 30)
         line.until(CR)
         line.close()
-        steps.advance(1)
+        steps.robot.advance(1)
         host.again(host.status)
-        steps.advance(3600)
+        steps.robot.advance(3600)
         host.close()
-        time.sleep(0.2)
-        code = robot.end()
-    finally:
-        robot.kill()
-    if code != 0:
-        raise Failed("serve ends with 0\n     found    %d" % code)
+        until("IP0 has no peer", lambda: not steps.robot.channel("ip0").get("peer"), RUN_LIMIT)
+        emulator.stop(within=20)
     return written(directory, "--junit"), host.repeated
 
 
@@ -374,12 +305,14 @@ def digest(found):
 
 
 def main():
-    parser = argparse.ArgumentParser(description="Two runs, the same bytes.")
-    parser.add_argument("--serve", metavar="TS3100", required=True, help="the binary to start")
+    if sys.argv[1:] == ["--until-quiet"]:
+        until_quiet(Robot.connect(os.environ["TS3100_CONTROL_URL"]))
+        return
+    parser = serving(__doc__)
     parser.add_argument("--runs", type=int, default=2, help="of each kind (default 2)")
     parser.add_argument("--keep", metavar="DIR", help="leave what the runs wrote here")
     arguments = parser.parse_args()
-    binary = os.path.abspath(arguments.serve)
+    binary = arguments.serve
     root = os.path.abspath(arguments.keep) if arguments.keep else tempfile.mkdtemp(prefix="ts3100-repeat-")
 
     def run(name, job, *seeds):
@@ -413,14 +346,10 @@ def main():
             compare("host, run %d" % number, first, run("host-%d" % number, job, 7, 3)[0])
         ok("a host over TCP in stepped time, %d runs: %s" % (arguments.runs, digest(first)))
         differ("a host, another --vary", first, run("host-vary", job, 8, 3)[0], *texts)
-    except (Failed, OSError, subprocess.TimeoutExpired) as error:
-        print("FAIL %s" % error, flush=True)
-        return 1
     finally:
         if not arguments.keep:
             shutil.rmtree(root, ignore_errors=True)
-    return 0
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    sys.exit(program(main))

@@ -6,7 +6,6 @@ hundreds of connections, a kill in mid-download, a restart on the same drive.
 
 import os
 import random
-import shutil
 import socket
 import struct
 import sys
@@ -14,7 +13,9 @@ import tempfile
 import time
 
 sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "lib"))
-from wire import CR, ETX, STX, Emulator, Failed, Host, Line, equal, ok, options, true  # noqa: E402
+from emulator import Emulator, options  # noqa: E402
+from steps import Failed, equal, ok, program, true, until  # noqa: E402
+from wire import CR, ETX, STX, Host, Line  # noqa: E402
 
 CHATTER = b"""PROGRAM CHATTER
 AGAIN:
@@ -42,16 +43,15 @@ def reset(line):
 
 def served(address, stx, what):
     """A new host, which has to be served within a second."""
-    limit = time.monotonic() + 1.0
-    while True:
+    def host():
         try:
             host = Host(address, stx)
             host.status()
-            break
+            return host
         except (Failed, ConnectionError):
-            if time.monotonic() > limit:
-                raise Failed("%s: the next host is served within 1 s" % what)
-            time.sleep(0.01)
+            return None
+
+    host = until("%s: the next host is served" % what, host, 1.0, pause=0.01)
     ok("%s: the next host is served" % what)
     return host
 
@@ -146,37 +146,31 @@ def lost_peer(emulator, stx):
 
 def drive(binary, stx):
     """Files outlive a kill; half a download does not."""
-    folder = tempfile.mkdtemp(prefix="ts3100-drive-")
-    try:
-        emulator = Emulator(binary, "--drive", folder)
-        host = Host(emulator.address("ip0"), stx)
-        host.download(b"KEEP", TALK)
-        host.command(b"DL,KEEP")
-        host.text(b"FL," + CHATTER[:100])
-        host.reply()
-        emulator.kill()
-        emulator = Emulator(binary, "--drive", folder, "--select", "KEEP", "--servo-on")
-        host = Host(emulator.address("ip0"), stx)
-        equal("a kill in mid-download leaves the old file whole", TALK, host.file(b"UL,KEEP"))
-        equal("--select has selected it", "KEEP", host.status()["FILE"])
-        equal("--servo-on has turned the servo on", 1, host.total()[0])
-        host.command(b"RS,SEL")
-        host.command(b"ER,KEEP")
-        emulator.stop()
-        emulator = Emulator(binary, "--drive", folder)
-        host = Host(emulator.address("ip0"), stx)
-        equal("an erased file stays erased", b"NG\r", host.ask(b"UL,KEEP"))
-        emulator.stop()
-    finally:
-        shutil.rmtree(folder)
+    with tempfile.TemporaryDirectory(prefix="ts3100-drive-") as folder:
+        with Emulator(binary, "--drive", folder) as emulator:
+            host = Host(emulator.address("ip0"), stx)
+            host.download(b"KEEP", TALK)
+            host.command(b"DL,KEEP")
+            host.text(b"FL," + CHATTER[:100])
+            host.reply()
+            emulator.kill()
+        with Emulator(binary, "--drive", folder, "--select", "KEEP", "--servo-on") as emulator:
+            host = Host(emulator.address("ip0"), stx)
+            equal("a kill in mid-download leaves the old file whole", TALK, host.file(b"UL,KEEP"))
+            equal("--select has selected it", "KEEP", host.status()["FILE"])
+            equal("--servo-on has turned the servo on", 1, host.total()[0])
+            host.command(b"RS,SEL")
+            host.command(b"ER,KEEP")
+        with Emulator(binary, "--drive", folder) as emulator:
+            host = Host(emulator.address("ip0"), stx)
+            equal("an erased file stays erased", b"NG\r", host.ask(b"UL,KEEP"))
 
 
 def fast_clock(binary, stx):
     """--time x10 and auto: the same answers, sooner."""
     program = b"PROGRAM SLEEPY\nDELAY 3.0\nEND\n"
     for clock, least, most in (("x10", 0.25, 0.8), ("auto", 0.0, 1.0), ("real", 2.9, 3.5)):
-        emulator = Emulator(binary, "--time", clock)
-        try:
+        with Emulator(binary, "--time", clock) as emulator:
             host = Host(emulator.address("ip0"), stx)
             prepare(host, b"SLEEPY", program)
             started = time.monotonic()
@@ -184,8 +178,6 @@ def fast_clock(binary, stx):
                 equal("--time %s: the program ends" % clock, b"SP\r", host.receive())
             seconds = time.monotonic() - started
             true("--time %s: DELAY 3.0 takes %.2f s" % (clock, seconds), least <= seconds <= most)
-        finally:
-            emulator.kill()
 
 
 def main():
@@ -193,22 +185,12 @@ def main():
     if not arguments.serve:
         print("rough_weather needs --serve", file=sys.stderr)
         return 2
-    emulator = Emulator(arguments.serve)
-    try:
+    with Emulator(arguments.serve) as emulator:
         for part in (deaf_reader, floods, comings_and_goings, lost_peer):
             part(emulator, arguments.stx)
-        emulator.stop()
-        drive(arguments.serve, arguments.stx)
-        fast_clock(arguments.serve, arguments.stx)
-    except (Failed, OSError) as error:
-        print("FAIL %s" % error)
-        print(emulator.log(), file=sys.stderr)
-        return 1
-    finally:
-        emulator.kill()
-    print("all of it held")
-    return 0
+    drive(arguments.serve, arguments.stx)
+    fast_clock(arguments.serve, arguments.stx)
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    sys.exit(program(main))

@@ -11,7 +11,9 @@ import sys
 import time
 
 sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "lib"))
-from wire import Failed, Line, equal, ok, options, run, true  # noqa: E402
+from emulator import options, run  # noqa: E402
+from steps import Failed, equal, ok, true  # noqa: E402
+from wire import Line  # noqa: E402
 
 OK = b"\x02OK\r\x03"
 SF_FRAME = 255

@@ -6,9 +6,6 @@
 
 The disk is a tmpfs of 1 MB in a mount namespace of its own: that needs root, or user namespaces."""
 
-import argparse
-import http.client
-import json
 import os
 import random
 import resource
@@ -20,7 +17,9 @@ import tempfile
 import threading
 
 sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "lib"))
-from wire import EOF, ETX, Emulator, Failed, Host, equal, ok, true  # noqa: E402
+from emulator import Emulator  # noqa: E402
+from steps import Failed, equal, ok, program, serving, true  # noqa: E402
+from wire import EOF, ETX, Host  # noqa: E402
 
 # Set in the process that has a mount namespace of its own.
 INSIDE = "TS3100_TEST_DISK_INSIDE"
@@ -31,7 +30,7 @@ REFUSAL, MEMORY = 10.0, 2 << 30
 VARIABLES = b"GLOBAL\nN = 1\nEND\nPROGRAM V\nEND\n"
 
 
-def program(name, size):
+def source(name, size):
     """A program of about so many bytes."""
     lines = b"".join(b"REMARK %06d\n" % number for number in range(size // 14))
     return b"PROGRAM %s\n%sEND\n" % (name, lines)
@@ -114,32 +113,18 @@ class Fast(Host):
         return self.ask(command).rstrip(b"\r")
 
 
-class Robot(Emulator):
-    """One with a control interface and a drive."""
+class Stored(Emulator):
+    """One with a drive, and a host."""
 
     def __init__(self, binary, drive, *flags):
-        super().__init__(binary, "--drive", drive, "--control", "127.0.0.1:0", *flags)
+        super().__init__(binary, "--drive", drive, *flags)
         self.host = Fast(self.address("ip0"), True)
 
-    def http(self, method, path, body=None):
-        connection = http.client.HTTPConnection(self.ready["control"].split("//")[1], timeout=10)
-        try:
-            text = None if body is None else json.dumps(body)
-            headers = {} if body is None else {"Content-Type": "application/json"}
-            connection.request(method, path, text, headers)
-            answer = connection.getresponse()
-            content = answer.read()
-            if answer.getheader("Content-Type", "").startswith("application/json"):
-                content = json.loads(content)
-            return answer.status, content
-        finally:
-            connection.close()
-
     def drive(self):
-        return self.http("GET", "/health")[1]["drive"]
+        return self.robot.call("GET", "/health")["drive"]
 
     def metric(self, name):
-        lines = self.http("GET", "/metrics")[1].decode().splitlines()
+        lines = self.robot.call("GET", "/metrics").splitlines()
         return float(next(line.split()[1] for line in lines if line.startswith(name + " ")))
 
 
@@ -163,23 +148,19 @@ def refused(robot, disk, what, calls):
 
 def lasts(robot, disk, binary, what):
     """What the robot has is what a killed one finds again."""
-    files = [entry["name"] for entry in robot.http("GET", "/files")[1]["files"]]
+    files = list(robot.robot.files)
     robot.kill()
     equal("%s: the disk has the files of the drive" % what, files, disk.names())
-    robot = Robot(binary, disk.drive)
-    try:
-        found = [entry["name"] for entry in robot.http("GET", "/files")[1]["files"]]
-        equal("%s: and so has the next emulator" % what, files, found)
-    finally:
-        robot.kill()
+    with Stored(binary, disk.drive) as robot:
+        equal("%s: and so has the next emulator" % what, files, list(robot.robot.files))
 
 
 def refuse(binary):
     """OK, 200 and 204 mean that it is on the disk."""
     disk = Disk()
-    robot = Robot(binary, disk.drive)
+    robot = Stored(binary, disk.drive)
     try:
-        old, new = program(b"A", 20_000), program(b"A", 30_000)
+        old, new = source(b"A", 20_000), source(b"A", 30_000)
         host = robot.host
         equal("DL on an empty disk", b"OK", host.load(b"A", old))
         host.load(b"V", VARIABLES)
@@ -189,24 +170,24 @@ def refuse(binary):
         refused(robot, disk, "full", [
             (lambda: host.load(b"A", new), b"NG"),
             (lambda: host.load(b"B", new), b"NG"),
-            (lambda: robot.http("PUT", "/files/A", {"text": new.decode()})[0], 507),
-            (lambda: robot.http("PUT", "/files/C", {"text": new.decode()})[0], 507),
+            (lambda: robot.answer("PUT", "/files/A", {"text": new.decode()})[0], 507),
+            (lambda: robot.answer("PUT", "/files/C", {"text": new.decode()})[0], 507),
         ])
         disk.writable(False)
         refused(robot, disk, "read-only", [
             (lambda: host.answer(b"ER,A"), b"NG"),
             (lambda: host.load(b"A", new), b"NG"),
             (lambda: host.answer(b"MW,1 N 0 2"), b"NG"),
-            (lambda: robot.http("DELETE", "/files/A")[0], 507),
-            (lambda: robot.http("PUT", "/variables/N", {"value": [2], "restore": True})[0], 507),
+            (lambda: robot.answer("DELETE", "/files/A")[0], 507),
+            (lambda: robot.answer("PUT", "/variables/N", {"value": [2], "restore": True})[0], 507),
         ])
         disk.writable(True)
         disk.free()
         equal("with room again: DL", b"OK", host.load(b"A", new))
-        equal("with room again: PUT", 200, robot.http("PUT", "/files/B", {"text": "END\n"})[0])
+        equal("with room again: PUT", 200, robot.answer("PUT", "/files/B", {"text": "END\n"})[0])
         equal("with room again: MW", b"OK", host.answer(b"MW,1 N 0 2"))
         equal("with room again: ER", b"OK", host.answer(b"ER,B"))
-        equal("with room again: DELETE of a file that is not there", 404, robot.http("DELETE", "/files/B")[0])
+        equal("with room again: DELETE of a file that is not there", 404, robot.answer("DELETE", "/files/B")[0])
         equal("with room again: /health", "ok", robot.drive()["status"])
         equal("the disk has it all", (new, None), (disk.content("A"), disk.content("B")))
         log = robot.log()
@@ -221,16 +202,16 @@ def refuse(binary):
 def memory(binary):
     """With drive.when_full=memory every change happens, and what the disk lacks is told and made up for."""
     disk = Disk()
-    robot = Robot(binary, disk.drive, "--set", "drive.when_full=memory")
+    robot = Stored(binary, disk.drive, "--set", "drive.when_full=memory")
     try:
         host = robot.host
-        content = program(b"A", 20_000)
+        content = source(b"A", 20_000)
         host.load(b"GONE", content)
         disk.fill()
         equal("memory: DL on a full disk", b"OK", host.load(b"A", content))
         disk.writable(False)
         equal("memory: ER on a read-only disk", b"OK", host.answer(b"ER,GONE"))
-        equal("memory: PUT", 200, robot.http("PUT", "/files/B", {"text": "END\n"})[0])
+        equal("memory: PUT", 200, robot.answer("PUT", "/files/B", {"text": "END\n"})[0])
         drive = robot.drive()
         equal("memory: /health names what a restart would lose", ["A", "B", "GONE"], drive["unkept"])
         true("memory: it is failing", drive["status"] == "failing" and robot.metric("ts3100_drive_unkept_files") == 3)
@@ -251,14 +232,13 @@ def replaced(binary):
     drive, away, theirs = (os.path.join(folder, name) for name in ("drive", "away", "theirs"))
     with open(theirs, "wb") as file:
         file.write(b"theirs")
-    robot = Robot(binary, drive)
-    try:
+    with Stored(binary, drive) as robot:
         host = robot.host
         for name in (".A.unfinished", "B", "..ts3100.history.unfinished"):
             os.symlink(theirs, os.path.join(drive, name))
         equal("planted links: DL of A", b"OK", host.load(b"A", b"END\n"))
         equal("planted links: DL of B", b"OK", host.load(b"B", b"END\n"))
-        robot.http("POST", "/alarms", {"number": "2-046"})
+        robot.answer("POST", "/alarms", {"number": "2-046"})
         equal("planted links: nothing was written through them", b"theirs", read(theirs))
         os.rename(drive, away)
         for made in (False, True):
@@ -267,16 +247,13 @@ def replaced(binary):
             what = "replaced" if made else "removed"
             equal("%s: DL" % what, b"NG", host.load(b"A", b"NEW\n"))
             equal("%s: ER" % what, b"NG", host.answer(b"ER,A"))
-            status, answer = robot.http("PUT", "/files/A", {"text": "NEW\n"})
-            true("%s: PUT says why" % what, status == 507 and "removed or replaced" in answer["error"], repr(answer))
+            status, answer = robot.answer("PUT", "/files/A", {"text": "NEW\n"})
+            true("%s: PUT says why" % what, status == 507 and "removed or replaced" in answer, answer)
         equal("replaced: nothing was written there", [], os.listdir(drive))
         os.rmdir(drive)
         os.rename(away, drive)
         equal("put back: ER", b"OK", host.answer(b"ER,A"))
-        robot.stop()
-    finally:
-        robot.kill()
-        shutil.rmtree(folder)
+    shutil.rmtree(folder)
 
 
 def kills(binary, rounds):
@@ -287,7 +264,7 @@ def kills(binary, rounds):
     version, inside, kept_all = 0, 0, 0
     try:
         for number in range(1, rounds + 1):
-            robot = Robot(binary, drive)
+            robot = Stored(binary, drive)
             kept = begun = version
             killer = threading.Timer(dice.uniform(0.005, 0.1), robot.process.kill)
             killer.start()
@@ -312,7 +289,7 @@ def kills(binary, rounds):
             inside += begun > kept
             kept_all += kept - version
             version = allowed.get(found, 0)
-        robot = Robot(binary, drive)
+        robot = Stored(binary, drive)
         robot.stop()
         left = [name for name in os.listdir(drive) if name.endswith(".unfinished")]
         equal("nothing half is left", [], left)
@@ -392,12 +369,9 @@ def inputs(binary):
                           ["run", "--input", "ip1=" + path, path]):
                 told(binary, words, path)
             count += 15
-        robot = Emulator(binary)
-        try:
+        with Emulator(binary) as robot:
             for path in ("/dev/zero", pipe):
                 told(binary, ["host", "%s:%d" % robot.address("ip0"), "dl", path], path)
-        finally:
-            robot.kill()
         ok("%d inputs that are no regular file are refused at once" % (count + 2))
     finally:
         shutil.rmtree(folder)
@@ -416,25 +390,15 @@ def enter(arguments):
 
 
 def main():
-    parser = argparse.ArgumentParser(description="What must not be lost or overwritten.")
-    parser.add_argument("--serve", metavar="TS3100", required=True, help="the binary to start")
+    parser = serving(__doc__)
     parser.add_argument("--rounds", type=int, default=50, help="kills (default 50)")
     arguments = parser.parse_args()
     if INSIDE not in os.environ:
         return enter(sys.argv[1:])
-    binary = os.path.abspath(arguments.serve)
-    try:
-        refuse(binary)
-        memory(binary)
-        replaced(binary)
-        kills(binary, arguments.rounds)
-        targets(binary)
-        inputs(binary)
-    except (Failed, OSError, subprocess.CalledProcessError) as error:
-        print("FAIL %s" % error, flush=True)
-        return 1
-    return 0
+    for part in (refuse, memory, replaced, targets, inputs):
+        part(arguments.serve)
+    return kills(arguments.serve, arguments.rounds)
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    sys.exit(program(main))

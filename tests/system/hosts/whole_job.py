@@ -19,7 +19,9 @@ import time
 
 sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "lib"))
 from transport import Listener, Remote, Settings, Terminal  # noqa: E402
-from wire import CR, EOF, ETX, STX, Emulator, Failed, Host, Line, equal, ok, options, run, split, true  # noqa: E402
+from emulator import Emulator, options, run, split  # noqa: E402
+from steps import Failed, equal, ok, program, true  # noqa: E402
+from wire import CR, EOF, ETX, STX, Host, Line  # noqa: E402
 
 NAME = b"DAYJOB"
 PROGRAM = b"""GLOBAL
@@ -472,8 +474,7 @@ def other_modes(binary, stx):
     for flags, mode in ((("--key-switch", "teaching"), "teaching/cycle"), (("--key-switch", "internal"), "internal/cycle"),
                         (("--control-right", "sig"), "external(sig)/cycle"),
                         (("--control-right", "rs232c"), "external(host)/cycle")):
-        emulator = Emulator(binary, *flags)
-        try:
+        with Emulator(binary, *flags) as emulator:
             host = Host(emulator.address("ip0"), stx)
             equal("SU in %s" % mode, mode, host.status()["MODE"])
             for command in (b"RN", b"SO", b"RS,STP", b"SL,DEMO", b"EC,OVRD 50", b"IW,1 1", b"DO,DOUT(1)"):
@@ -482,8 +483,6 @@ def other_modes(binary, stx):
             ok("RN SO RS SL EC IW DO get NG in %s" % mode)
             equal("SP gets OK in %s" % mode, b"OK\r", host.ask(b"SP"))
             host.close()
-        finally:
-            emulator.kill()
 
 
 class Cell:
@@ -511,8 +510,7 @@ class Cell:
 
     def set_parameters(self, binary):
         """[U06], and IP2 as a client, written by a host of before."""
-        emulator = Emulator(binary, "--drive", self.folder)
-        try:
+        with Emulator(binary, "--drive", self.folder) as emulator:
             host = Host(emulator.address("ip0"), True)
             user = host.file(b"UL,USER.PAR")
             for name, settings in ((b"{HOST}", self.settings), (b"{COM1}", self.com1)):
@@ -520,9 +518,6 @@ class Cell:
             host.download(b"USER.PAR", user)
             if self.listener:
                 host.download(b"ETHERNET.PAR", self.client(host.file(b"UL,ETHERNET.PAR")))
-            emulator.stop()
-        finally:
-            emulator.kill()
 
     def client(self, file):
         """ETHERNET.PAR with IP2 as a client of this process."""
@@ -579,34 +574,22 @@ def whole_day(host, robot, rough):
 
 
 def in_a_cell(arguments):
-    """The day over the ways that the command line asks for; the exit code."""
+    """The day over the ways that the command line asks for."""
     global PROGRAM
     cell = Cell(arguments)
     PROGRAM = PROGRAM.replace(b"IP1", cell.channel)
-    emulator = None
-    started = time.monotonic()
     try:
         cell.set_parameters(arguments.serve)
-        emulator = Emulator(arguments.serve, *cell.flags)
-        robot = Line(cell.program_way(emulator))
-        host = Host(cell.host_way(emulator), arguments.stx)
-        host.right = b"ethernet" if cell.host == "ip0" else b"host"
-        host.seven = cell.settings.bits == 7
-        address = emulator.address("ip0")
-        whole_day(host, robot, (lambda host: rough_hosts(host, address, arguments.stx)) if cell.host == "ip0"
-                  else rough_line)
-        emulator.stop()
-    except (Failed, OSError) as error:
-        print("FAIL %s" % error, flush=True)
-        if emulator:
-            print(emulator.log(), file=sys.stderr)
-        return 1
+        with Emulator(arguments.serve, *cell.flags) as emulator:
+            robot = Line(cell.program_way(emulator))
+            host = Host(cell.host_way(emulator), arguments.stx)
+            host.right = b"ethernet" if cell.host == "ip0" else b"host"
+            host.seven = cell.settings.bits == 7
+            address = emulator.address("ip0")
+            whole_day(host, robot, (lambda host: rough_hosts(host, address, arguments.stx)) if cell.host == "ip0"
+                      else rough_line)
     finally:
-        if emulator:
-            emulator.kill()
         cell.remove()
-    print("all of it held, in %.1f s" % (time.monotonic() - started))
-    return 0
 
 
 def main():
@@ -619,7 +602,7 @@ def main():
     parser.add_argument("--frame", default="8N1", help="data bits, parity, stop bits (default 8N1)")
     arguments = parser.parse_args()
     if (arguments.commands, arguments.talk) != ("ip0", "ip1"):
-        return in_a_cell(arguments)
+        return program(in_a_cell, arguments)
 
     def job(ip0, ip1):
         host, robot = Host(ip0, arguments.stx), Line(ip1)

@@ -7,11 +7,10 @@ import platform
 import shutil
 import subprocess
 import tempfile
-import time
 
-from wire import Failed
+from steps import Failed, until
 
-ROOT = os.path.dirname(os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__)))))
+ROOT = os.path.abspath(os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "..", ".."))
 IMAGE = "ts3100-test"
 DAEMON_TIMEOUT = 60
 ROOT_COMMAND = [] if os.geteuid() == 0 else ["sudo"]
@@ -63,11 +62,10 @@ def start_docker():
     print("starting dockerd", flush=True)
     with open(os.path.join(tempfile.gettempdir(), "ts3100-dockerd.log"), "w", encoding="utf-8") as log:
         daemon = subprocess.Popen([*ROOT_COMMAND, "dockerd"], stdout=log, stderr=log, start_new_session=True)
-    end = time.monotonic() + DAEMON_TIMEOUT
-    while not succeeds("docker", "info"):
-        if time.monotonic() > end or daemon.poll() is not None:
-            raise Failed("dockerd does not answer; its log is %s" % log.name)
-        time.sleep(0.5)
+    until("dockerd answers; its log is %s" % log.name, lambda: daemon.poll() is not None or succeeds("docker", "info"), DAEMON_TIMEOUT,
+          pause=0.5)
+    if daemon.poll() is not None:
+        raise Failed("dockerd answers\n     found    its end; its log is %s" % log.name)
     return daemon
 
 

@@ -43,8 +43,8 @@ def said(condition, words):
 class Session:
     """One page and its robot."""
 
-    def __init__(self, page, found, kind):
-        self.page, self.found, self.kind = page, found, kind
+    def __init__(self, page, robot, kind):
+        self.page, self.robot, self.kind = page, robot, kind
 
     def view(self, name):
         """Opens a view by its tab, unless it stays beside the others."""
@@ -68,17 +68,11 @@ class Session:
         with self.answered(call):
             button.click()
 
-    def pose(self):
-        return self.found.call("GET", "/arm/pose")
-
-    def state(self):
-        return self.found.call("GET", "/state")
-
     def advance_until(self, holds, words, step=0.1, most=600):
         for _ in range(most):
             if holds():
                 return
-            self.found.advance(step)
+            self.robot.advance(step)
         said(False, words)
 
     # The steps.
@@ -111,7 +105,7 @@ class Session:
         expect(self.page.get_by_text("Drop here to write onto the RAM drive")).to_be_visible()
         self.page.evaluate("window.drag('drop')")
         expect(self.page.get_by_text("part.scol is on the RAM drive as PART")).to_be_visible()
-        said(self.found.call("GET", "/files/PART")["text"] == text, "the file is not on the drive as it is, without its EOF")
+        said(self.robot.files["PART"] == text, "the file is not on the drive as it is, without its EOF")
         program = self.view("Program")
         program.get_by_role("button", name="Select PART").click()
         expect(program.get_by_role("region", name="Source")).to_contain_text("MOVES P1")
@@ -160,13 +154,13 @@ class Session:
         with self.answered("pendant/keys"):
             self.page.keyboard.press("Enter")
         expect(display).not_to_contain_text("INPUT waits")
-        said(self.state()["tasks"][0]["doing"] == "moving", "the answer did not let the program go on")
+        said(self.robot.state["tasks"][0]["doing"] == "moving", "the answer did not let the program go on")
         self.view("Program")
         self.line_is(MOVES_P1)
-        before, shown = self.pose()["world"], self.picture()
+        before, shown = self.robot.pose.world, self.picture()
         self.is_drawn()
-        self.advance_until(lambda: self.state()["executed_line"] == MOVES_P2, "the first motion did not end")
-        said(self.pose()["world"] != before, "the arm has not moved")
+        self.advance_until(lambda: self.robot.state["executed_line"] == MOVES_P2, "the first motion did not end")
+        said(self.robot.pose.world != before, "the arm has not moved")
         self.view("Robot")
         expect(self.page.get_by_role("img", name="Top:")).not_to_have_attribute("aria-label", shown)
         expect(self.page.get_by_role("img", name="Side:")).to_be_visible()
@@ -175,16 +169,16 @@ class Session:
         self.line_is(MOVES_P2)
 
     def emergency_stop(self):
-        self.found.advance(0.1)
+        self.robot.advance(0.1)
         panel = self.view("Panel")
         self.press(panel.get_by_role("button", name="EMERGENCY STOP", exact=True), "emergency-stop")
         self.lamp("EMERGENCY STOP")
         self.lamp("servo off")
         expect(panel).to_contain_text("Remedy:")
-        self.found.advance(1)
-        there = self.pose()["joints"]
-        self.found.advance(1)
-        said(self.pose()["joints"] == there, "the arm moves in an emergency stop")
+        self.robot.advance(1)
+        there = self.robot.pose.joints
+        self.robot.advance(1)
+        said(self.robot.pose.joints == there, "the arm moves in an emergency stop")
         panel.get_by_role("button", name="SERVO", exact=True).click()
         expect(panel).to_contain_text("cannot turn the servo on: the emergency stop is pressed")
         self.press(panel.get_by_role("button", name="Release EMERGENCY STOP"), "emergency-stop")
@@ -194,7 +188,7 @@ class Session:
         self.lamp("servo on")
         self.press(panel.get_by_role("button", name="START"), "program/start")
         self.lamp("running")
-        self.advance_until(lambda: self.state()["status"] != "running", "the program did not end after it was resumed")
+        self.advance_until(lambda: self.robot.state["status"] != "running", "the program did not end after it was resumed")
         self.lamp("stop (reset)")
         pendant = self.view("Pendant")
         pendant.get_by_role("button", name="TP", exact=True).click()
@@ -208,54 +202,54 @@ class Session:
         mark = program.get_by_role("button", name="Breakpoint, line %d" % MOVES_P1)
         expect(mark).to_have_attribute("aria-pressed", "true")
         self.press(program.get_by_role("button", name="START"), "program/start")
-        self.found.call("POST", "/pendant/keys", {"keys": "1\r"})
-        self.advance_until(lambda: self.state()["status"] != "running", "the breakpoint did not stop the program")
+        self.robot.type_keys("1\r")
+        self.advance_until(lambda: self.robot.state["status"] != "running", "the breakpoint did not stop the program")
         self.line_is(MOVES_P1)
         self.press(program.get_by_role("button", name="Step", exact=True), "program/step")
-        self.advance_until(lambda: self.state()["status"] != "running", "the step did not end")
+        self.advance_until(lambda: self.robot.state["status"] != "running", "the step did not end")
         self.line_is(MOVES_P1 + 1)
         self.press(mark, "breakpoints")
         expect(mark).to_have_attribute("aria-pressed", "false")
         program.get_by_role("spinbutton", name="Line").fill("12")
         self.press(program.get_by_role("button", name="Run to line"), "program/run-to")
-        self.advance_until(lambda: self.state()["status"] != "running", "the program did not come to line 12")
+        self.advance_until(lambda: self.robot.state["status"] != "running", "the program did not come to line 12")
         self.line_is(12)
-        self.found.call("POST", "/program/start", {})
-        self.advance_until(lambda: self.state()["status"] != "running", "the program did not end")
+        self.robot.start_program()
+        self.advance_until(lambda: self.robot.state["status"] != "running", "the program did not end")
 
     def jog_and_teach(self):
         pendant = self.view("Pendant")
         pendant.get_by_role("button", name="Turn it to TEACHING").click()
         self.lamp("TEACHING")
         key = pendant.get_by_role("button", name="J1 plus")
-        before = self.pose()["joints"][0]
+        before = self.robot.pose.joints[0]
         key.hover()
         self.page.mouse.down()
-        self.advance_until(lambda: self.pose()["moving"], "the key did not move the arm", step=0.001)
-        self.found.advance(1)
+        self.advance_until(lambda: self.robot.pose.moving, "the key did not move the arm", step=0.001)
+        self.robot.advance(1)
         self.page.mouse.up()
-        self.advance_until(lambda: not self.pose()["moving"], "the arm did not stop when the key was let go")
-        there = self.pose()["joints"][0]
+        self.advance_until(lambda: not self.robot.pose.moving, "the arm did not stop when the key was let go")
+        there = self.robot.pose.joints[0]
         said(there > before + 1, "axis 1 was not jogged: %s, %s" % (before, there))
-        self.found.advance(1)
-        said(self.pose()["joints"][0] == there, "the arm goes on after the key was let go")
+        self.robot.advance(1)
+        said(self.robot.pose.joints[0] == there, "the arm goes on after the key was let go")
         key.focus()
         self.page.keyboard.down("Space")
-        self.advance_until(lambda: self.pose()["moving"], "Space did not move the arm", step=0.001)
+        self.advance_until(lambda: self.robot.pose.moving, "Space did not move the arm", step=0.001)
         self.page.keyboard.up("Space")
-        self.advance_until(lambda: not self.pose()["moving"], "the arm did not stop when Space was let go")
-        old = self.found.call("GET", "/files/PART")["text"]
+        self.advance_until(lambda: not self.robot.pose.moving, "the arm did not stop when Space was let go")
+        old = self.robot.files["PART"]
         self.press(pendant.get_by_role("button", name="Teach P1"), "positions/P1/teach")
         expect(pendant).to_contain_text("P1 is taught and in DATA of PART.")
-        said(self.found.call("GET", "/files/PART")["text"] != old, "the file has not the point that was taught")
-        self.found.call("PUT", "/key-switch", {"position": "ext"})
+        said(self.robot.files["PART"] != old, "the file has not the point that was taught")
+        self.robot.key_switch = "ext"
 
     def force_an_input(self):
         lines = self.view("I/O")
         lines.get_by_role("button", name="More for Input 7", exact=False).first.click()
         self.press(self.page.get_by_role("menuitem", name="Force on"), "inputs/7/force")
         expect(lines.get_by_role("switch", name="Input 7", exact=False).first).to_have_accessible_name("Input 7, forced")
-        said(self.found.call("GET", "/inputs/7")["on"], "input 7 is not forced on")
+        said(self.robot.inputs[7], "input 7 is not forced on")
         lines.get_by_role("button", name="More for Input 7", exact=False).first.click()
         self.page.get_by_role("menuitem", name="Release").click()
         expect(lines.get_by_role("switch", name="Input 7", exact=True)).to_be_visible()
@@ -271,11 +265,11 @@ class Session:
         expect(program).to_contain_text("The check finds nothing.")
         program.get_by_role("button", name="Download to the RAM drive").click()
         expect(program.get_by_role("region", name="Source")).to_contain_text("FINISHED")
-        said("FINISHED" in self.found.call("GET", "/files/PART")["text"], "the edited text is not on the drive")
+        said("FINISHED" in self.robot.files["PART"], "the edited text is not on the drive")
 
     def ask(self, *texts):
         """A host: what the robot answers to each text."""
-        with socket.create_connection(("127.0.0.1", self.found.ready["ports"]["ip0"]), timeout=10) as host:
+        with socket.create_connection(self.robot.address("ip0"), timeout=10) as host:
             answers = []
             for text in texts:
                 host.sendall(b"\x02" + text + b"\r\x03")
@@ -313,25 +307,25 @@ class Session:
         lab = self.view("Lab")
         lab.get_by_role("textbox", name="Name").fill("before")
         self.press(lab.get_by_role("button", name="Take"), "snapshots/before")
-        before = self.state()["t"]
+        before = self.robot.state["t"]
         lab.get_by_role("spinbutton", name="Seconds").fill("2.5")
         self.press(lab.get_by_role("button", name="Advance", exact=True), "clock/advance")
-        said(abs(self.state()["t"] - before - 2.5) < 1e-6, "the clock was not advanced by 2.5 s")
+        said(abs(self.robot.state["t"] - before - 2.5) < 1e-6, "the clock was not advanced by 2.5 s")
         lab.get_by_role("button", name="Compare").click()
         expect(lab.get_by_role("region", name="Differences")).to_contain_text("now")
         self.press(lab.get_by_role("button", name="Put back before"), "snapshots/before/restore")
-        said(self.state()["t"] == before, "the snapshot was not put back")
+        said(self.robot.state["t"] == before, "the snapshot was not put back")
 
     def set_a_variable(self):
-        self.found.call("PUT", "/files/TUNED", {"text": "GLOBAL\n  RATIO = 0.00001234\nEND\nPROGRAM TUNED\nEND\n"})
-        self.found.call("POST", "/files/TUNED/select", {})
+        self.robot.files["TUNED"] = "GLOBAL\n  RATIO = 0.00001234\nEND\nPROGRAM TUNED\nEND\n"
+        self.robot.select("TUNED")
         self.view("Program")
         field = self.page.get_by_label("Value of RATIO")
         expect(field).to_have_value("0.00001234")
-        before = self.found.call("GET", "/variables/RATIO")["value"]
+        before = self.robot.variables["RATIO"]
         field.press("Enter")
         expect(field).not_to_be_focused()
-        said(self.found.call("GET", "/variables/RATIO")["value"] == before, "Enter without a change has changed a variable")
+        said(self.robot.variables["RATIO"] == before, "Enter without a change has changed a variable")
         field.fill("2.5e-7")
         with self.answered("variables/RATIO"):
             field.press("Enter")
@@ -341,13 +335,13 @@ class Session:
         lab = self.view("Lab")
         lab.get_by_label("Bytes, \\r and <1A> are codes").fill("<E9>\u00e94\\r")
         self.press(lab.get_by_role("button", name="Inject"), "channels/IP1/inject")
-        found = self.found.call("GET", "/channels/IP1")["buffer_hex"]
+        found = self.robot.channel("IP1")["buffer_hex"]
         said(found == "e9c3a9340d", "the bytes were injected as " + found)
 
 
-def session(page, found, kind):
+def session(page, robot, kind):
     """Everything, in the order of a working day."""
-    steps = Session(page, found, kind)
+    steps = Session(page, robot, kind)
     steps.power_and_servo()
     steps.drop_and_select()
     steps.run_and_answer()

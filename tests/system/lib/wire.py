@@ -1,104 +1,17 @@
-"""What the Python hosts of this folder share: an emulator process, raw links, and steps that print what
-they saw. Standard library only, nothing of the product: every byte of the protocol is spelled out here a
-second time, so that an error in the product cannot hide behind itself."""
+"""A host of the robot as the programs of `tests/system` use it: raw links and texts. Standard library only, nothing of the
+product: every byte of the protocol is spelled out here a second time, so that an error in the product cannot hide behind
+itself."""
 
-import argparse
-import json
-import os
-import select
-import signal
 import socket
-import subprocess
-import sys
-import tempfile
 import time
 
+from steps import Failed, show
 from transport import Tcp
 
 STX, ETX, CR, LF, EOF = b"\x02", b"\x03", b"\r", b"\n", b"\x1a"
 ADVISED_PAUSE = 0.050
 REPLY_TIMEOUT = 5.0
-READY_TIMEOUT = 10.0
 SF_BYTES = 276
-
-
-class Failed(Exception):
-    """A step did not see what it had to see."""
-
-
-def ok(what):
-    """Report a step that held."""
-    print("ok   " + what, flush=True)
-
-
-def show(data):
-    """Bytes as a person reads them: hexadecimal and text."""
-    if not isinstance(data, (bytes, bytearray)):
-        return repr(data)
-    text = "".join(chr(b) if 0x20 <= b < 0x7F else "<%02X>" % b for b in data)
-    return "%s   (%s)" % (data.hex(" "), text) if len(data) <= 64 else "%d bytes: %s" % (len(data), text)
-
-
-def equal(what, expected, found):
-    """The step holds when both are the same."""
-    if expected != found:
-        raise Failed("%s\n     expected %s\n     found    %s" % (what, show(expected), show(found)))
-    ok(what)
-
-
-def true(what, condition, found=""):
-    """The step holds when the condition does."""
-    if not condition:
-        raise Failed("%s\n     found    %s" % (what, show(found)))
-    ok(what)
-
-
-class Emulator:
-    """A `ts3100 serve` process on free ports, of the loopback interface unless `--listen` and `at` say otherwise.
-    `prefix` is a command that starts it, for example in a network namespace."""
-
-    def __init__(self, binary, *flags, prefix=(), at="127.0.0.1"):
-        self.at = at
-        self.stderr = tempfile.TemporaryFile()
-        self.process = subprocess.Popen(
-            [*prefix, os.path.abspath(binary), "serve", "--ports", "auto", "--ready-json", *flags],
-            stdout=subprocess.PIPE, stderr=self.stderr)
-        ready, _, _ = select.select([self.process.stdout], [], [], READY_TIMEOUT)
-        line = self.process.stdout.readline() if ready else b""
-        try:
-            event = json.loads(line)
-            self.ready, self.ports = event, event["ports"]
-            if event["event"] != "ready":
-                raise ValueError(line)
-        except (ValueError, KeyError):
-            self.process.kill()
-            raise Failed("the ready line of serve %s\n     found    %s\n%s"
-                         % (" ".join(flags), show(line), self.log()))
-
-    def address(self, channel):
-        """Host and port of a channel, as `ip0`."""
-        return (self.at, self.ports[channel])
-
-    def log(self):
-        """What the process wrote on stderr."""
-        self.stderr.seek(0)
-        return self.stderr.read().decode("utf-8", "replace")
-
-    def stop(self):
-        """End it as an operator does, and look at its exit code."""
-        self.process.send_signal(signal.SIGTERM)
-        try:
-            code = self.process.wait(5)
-        except subprocess.TimeoutExpired:
-            self.process.kill()
-            raise Failed("SIGTERM ends serve within 5 s\n     found    still running")
-        equal("SIGTERM ends serve with exit code 0", 0, code)
-
-    def kill(self):
-        """End it whatever its state."""
-        if self.process.poll() is None:
-            self.process.kill()
-            self.process.wait()
 
 
 class Line:
@@ -265,46 +178,3 @@ class Host(Line):
             raise Failed("SF ends as it must\n     expected %s\n     found    %s" % (show(tail), show(end)))
         self.text(b"OK\r")
         return body
-
-
-def options(description):
-    """The command line every host of this folder understands."""
-    parser = argparse.ArgumentParser(description=description)
-    parser.add_argument("--serve", metavar="TS3100", help="start this binary on free ports")
-    parser.add_argument("--ip0", metavar="HOST:PORT", help="IP0 of a running emulator")
-    parser.add_argument("--ip1", metavar="HOST:PORT", help="IP1 of a running emulator")
-    parser.add_argument("--stx", action=argparse.BooleanOptionalAction, default=True,
-                        help="texts with STX (default) or without")
-    return parser
-
-
-def split(address):
-    """HOST:PORT as a pair."""
-    host, port = address.rsplit(":", 1)
-    return (host, int(port))
-
-
-def run(job, arguments, *flags):
-    """Do a job against the emulator that the command line names; the exit code."""
-    emulator = None
-    started = time.monotonic()
-    try:
-        if arguments.serve:
-            emulator = Emulator(arguments.serve, *flags)
-            job(emulator.address("ip0"), emulator.address("ip1"))
-            emulator.stop()
-        elif arguments.ip0 and arguments.ip1:
-            job(split(arguments.ip0), split(arguments.ip1))
-        else:
-            print("either --serve or both of --ip0 and --ip1 are needed", file=sys.stderr)
-            return 2
-    except (Failed, OSError) as error:
-        print("FAIL %s" % error, flush=True)
-        if emulator:
-            print(emulator.log(), file=sys.stderr)
-        return 1
-    finally:
-        if emulator:
-            emulator.kill()
-    print("all of it held, in %.1f s" % (time.monotonic() - started))
-    return 0

@@ -8,7 +8,6 @@ installed in a clean folder and run. Each ends with a host that talks to a robot
 examples for containers run in an engine as well, otherwise with `ts3100 exec` only. What apt has is installed where it
 is missing; another toolchain that is missing fails its part."""
 
-import argparse
 import glob
 import os
 import re
@@ -21,9 +20,9 @@ import zipfile
 
 sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "lib"))
 import container_engine  # noqa: E402
-from wire import Emulator, Failed, equal, ok, true  # noqa: E402
+from emulator import ROOT, Emulator, surroundings  # noqa: E402
+from steps import Failed, equal, ok, serving, true  # noqa: E402
 
-ROOT = os.path.dirname(os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__)))))
 CLIENTS = os.path.join(ROOT, "clients")
 VERSION = "0.1.0"
 RUN_TIMEOUT, BUILD_TIMEOUT = 120, 400
@@ -42,9 +41,8 @@ class Missing(Exception):
 
 def run(*command, timeout=RUN_TIMEOUT, cwd=None, **variables):
     """Exit code and output of a command. The settings of the caller must not reach the robots of the tests."""
-    environment = {name: value for name, value in os.environ.items() if not name.startswith("TS3100_")}
     done = subprocess.run(command, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True,
-                          errors="replace", timeout=timeout, cwd=cwd, env={**environment, **variables})
+                          errors="replace", timeout=timeout, cwd=cwd, env=surroundings(**variables))
     return done.returncode, done.stdout
 
 
@@ -191,12 +189,9 @@ def npm(binary, folder):
 
 def with_launcher(launcher):
     """A robot started by the launcher ends with it, in order."""
-    robot = Emulator(launcher)
-    try:
+    with Emulator(launcher) as robot:
         robot.stop()
         true("the emulator has ended in order, not been killed", "ended" in robot.log(), robot.log())
-    finally:
-        robot.kill()
 
 
 # The command of each example, and what its output has when three tests have passed.
@@ -229,12 +224,11 @@ def containers(binary, folder, static):
 
 
 def main():
-    parser = argparse.ArgumentParser(description="Run the clients for .NET, C++, npm, Java, Node and Go")
-    parser.add_argument("--serve", metavar="TS3100", required=True, help="the binary")
+    parser = serving(__doc__)
     parser.add_argument("--static", metavar="TS3100", help="one without shared libraries, for a container")
     parser.add_argument("parts", nargs="*", metavar="PART", help="dotnet, cpp, npm or containers; all of them if none is named")
     options = parser.parse_args()
-    binary = os.path.abspath(options.serve)
+    binary = options.serve
     parts = {"dotnet": dotnet, "cpp": cpp, "npm": npm, "containers": lambda *of: containers(*of, options.static)}
     counts = {"passed": 0, "failed": 0}
     for name in options.parts or parts:

@@ -7,7 +7,6 @@ bare TCP. What they printed, what they left on the RAM drive, and their exit cod
 
 The C# compiler is Mono's mcs; where it is missing it is installed by apt, which needs root or sudo and is said."""
 
-import argparse
 import os
 import re
 import shutil
@@ -16,9 +15,10 @@ import sys
 import tempfile
 
 sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "lib"))
-from wire import Emulator, Failed, equal, ok, true  # noqa: E402
+import container_engine  # noqa: E402
+from emulator import ROOT, Emulator  # noqa: E402
+from steps import equal, program, serving, true  # noqa: E402
 
-ROOT = os.path.dirname(os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__)))))
 PACKAGES = ("mono-mcs", "mono-runtime", "libmono-system-core4.0-cil")
 RUN_TIMEOUT = 60
 # What both hosts say of the same job; only the name of their file differs.
@@ -42,13 +42,8 @@ MODE:external(ethernet)/cycle FILE:ASK1 OVRD:100% LSPEED:100% MACHINE:free STATU
 def install_compiler():
     """Mono's C# compiler and what runs its programs; installed when they are not there."""
     if not (shutil.which("mcs") and shutil.which("mono")):
-        print("mcs or mono is missing: installing %s" % " ".join(PACKAGES), flush=True)
-        root = [] if os.geteuid() == 0 else ["sudo"]
-        for command in (["apt-get", "update", "-q"], ["apt-get", "install", "-y", "-q", "--no-install-recommends", *PACKAGES]):
-            done = subprocess.run([*root, *command], stdout=subprocess.DEVNULL,
-                                  env={**os.environ, "DEBIAN_FRONTEND": "noninteractive"})
-            if done.returncode:
-                raise Failed("%s\n     found    exit code %d" % (" ".join(command), done.returncode))
+        for package in PACKAGES:
+            container_engine.install(package)
 
 
 def compiled(source, folder):
@@ -82,8 +77,7 @@ def address(pair):
 def over_ethernet(binary, what, command, name, folder):
     """Over IP0 and IP1: the job, twice, and what it left; then a robot that refuses, and nobody there."""
     drive = os.path.join(folder, name)
-    robot = Emulator(binary, "--drive", drive)
-    try:
+    with Emulator(binary, "--drive", drive) as robot:
         ways = (address(robot.address("ip0")), address(robot.address("ip1")))
         for time in ("first", "second"):
             code, said, complaint = run(command, *ways)
@@ -95,29 +89,19 @@ def over_ethernet(binary, what, command, name, folder):
         robot.stop()
         code, said, complaint = run(command, *ways)
         equal("nobody there: exit code 1, nothing on stdout", (1, ""), (code, said))
-    finally:
-        robot.kill()
-    robot = Emulator(binary, "--key-switch", "teaching")
-    try:
+    with Emulator(binary, "--key-switch", "teaching") as robot:
         code, said, complaint = run(command, address(robot.address("ip0")), address(robot.address("ip1")))
         equal("a robot in TEACHING: exit code 1, and why", (1, "", "SO is answered by NG\n"), (code, said, complaint))
-        robot.stop()
-    finally:
-        robot.kill()
     equal("without addresses: exit code 2", 2, run(command)[0])
 
 
 def over_serial(binary, what, command, name):
     """Over HOST and COM1 as bare TCP."""
-    robot = Emulator(binary, "--control-right", "rs232c", "--serial-host-tcp", "127.0.0.1:0", "--serial-com1-tcp", "127.0.0.1:0")
-    try:
+    with Emulator(binary, "--control-right", "rs232c", "--serial-host-tcp", "127.0.0.1:0", "--serial-com1-tcp", "127.0.0.1:0") as robot:
         ways = [robot.ready["serial"][line].split("://")[-1] for line in ("host", "com1")]
         code, said, complaint = run(command, *ways, "COM1")
         equal("%s over HOST and COM1: it ends well" % what, (0, ""), (code, complaint))
         equal("and says what happened", SAID.format(size=re.search(r"DL: (\d+)", said).group(1), name=name), said)
-        robot.stop()
-    finally:
-        robot.kill()
 
 
 def page_program(binary, folder):
@@ -132,23 +116,16 @@ def page_program(binary, folder):
     load = os.path.join(folder, "ask1.scol")
     with open(load, "w", encoding="utf-8") as file:
         file.write(scol[0].replace("PROGRAM ASK", "PROGRAM ASK1").replace("COM1", "IP1"))
-    robot = Emulator(binary, "--load", load)
-    try:
+    with Emulator(binary, "--load", load) as robot:
         code, said, complaint = run(command, *(str(robot.ports[channel]) for channel in ("ip0", "ip1")))
         equal("the C# program of the page ends well", (0, ""), (code, complaint))
         equal("and says what the page says", PAGE_SAID, said)
-        robot.stop()
-    finally:
-        robot.kill()
 
 
 def main():
-    parser = argparse.ArgumentParser(description="Run the example clients against an emulator")
-    parser.add_argument("--serve", metavar="TS3100", required=True, help="the binary")
-    binary = parser.parse_args().serve
-    folder = tempfile.mkdtemp()
-    try:
-        install_compiler()
+    binary = serving(__doc__).parse_args().serve
+    install_compiler()
+    with tempfile.TemporaryDirectory() as folder:
         hosts = {
             "PYHOST": ("host.py", [sys.executable, os.path.join(ROOT, "clients", "python", "host.py")]),
             "CSHOST": ("Host.cs", compiled(os.path.join(ROOT, "clients", "csharp", "Host.cs"), folder)),
@@ -157,14 +134,7 @@ def main():
             over_ethernet(binary, what, command, name, folder)
             over_serial(binary, what, command, name)
         page_program(binary, folder)
-        ok("the example clients")
-    except (Failed, OSError, subprocess.TimeoutExpired) as error:
-        print("FAIL %s" % error, flush=True)
-        return 1
-    finally:
-        shutil.rmtree(folder)
-    return 0
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    sys.exit(program(main))

@@ -6,14 +6,12 @@ releases. A host that is right passes; one that is wrong fails, and the summary 
 
 What only the hosted service can do, the upload of reports, is not run. The schema of the action is checked."""
 
-import argparse
 import functools
 import hashlib
 import http.server
 import os
 import platform
 import re
-import shutil
 import subprocess
 import sys
 import tarfile
@@ -22,7 +20,7 @@ import threading
 
 sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "lib"))
 import python_environment  # noqa: E402
-from wire import Failed, equal, ok, true  # noqa: E402
+from steps import equal, program, serving, true  # noqa: E402
 
 ROOT = os.path.dirname(os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__)))))
 VERSION, LIMIT = "0.1.0", 120
@@ -164,24 +162,14 @@ def schemas(folder, python):
 
 
 def main():
-    parser = argparse.ArgumentParser(description="Run the steps of action.yml")
-    parser.add_argument("--serve", metavar="TS3100", required=True, help="the program")
-    arguments = parser.parse_args()
+    arguments = serving(__doc__).parse_args()
     code = python_environment.run_with(SCHEMAS, "pyyaml")
     if code is not None:
         return code
-    folder = tempfile.mkdtemp()
-    try:
+    with tempfile.TemporaryDirectory() as folder:
         jobs(folder, os.path.realpath(arguments.serve))
         schemas(folder, sys.executable)
-        ok("the action")
-    except (Failed, OSError, subprocess.TimeoutExpired) as error:
-        print("FAIL %s" % error, flush=True)
-        return 1
-    finally:
-        shutil.rmtree(folder)
-    return 0
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    sys.exit(program(main))

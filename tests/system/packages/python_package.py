@@ -6,14 +6,11 @@ it is installed into clean virtual environments. There its commands, its types, 
 
 `--python` gives further interpreters for the tests of the package; `--out` keeps the wheel."""
 
-import argparse
 import hashlib
 import importlib.util
-import json
 import os
 import re
 import shutil
-import signal
 import struct
 import subprocess
 import sys
@@ -22,9 +19,9 @@ import types
 import zipfile
 
 sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "lib"))
-from wire import Failed, equal, ok, true  # noqa: E402
+from emulator import ROOT, Emulator, surroundings  # noqa: E402
+from steps import Failed, equal, ok, program, serving, true  # noqa: E402
 
-ROOT = os.path.dirname(os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__)))))
 PACKAGE = os.path.join(ROOT, "clients", "python")
 # Versions for Python 3.9 and newer.
 BUILD = ["hatchling==1.27.0", "build==1.4.4", "uv==0.13.9"]
@@ -195,7 +192,7 @@ def build_hook(folder, binary):
         return b"MZ".ljust(60, b"\0") + struct.pack("<I", 64) + b"PE\0\0" + struct.pack("<H", machine)
 
     static = "manylinux_2_17_%s.manylinux2014_%s.musllinux_1_1_%s"
-    for what, program, tag in (
+    for what, content, tag in (
         ("a static program for x86-64", elf(62, 1), static % (("x86_64",) * 3)),
         ("a static program for ARM64", elf(183, 1), static % (("aarch64",) * 3)),
         ("a program with glibc", elf(62, 1, 3, rest=b"\0GLIBC_2.9\0GLIBC_2.28\0"), "manylinux_2_28_x86_64"),
@@ -203,7 +200,7 @@ def build_hook(folder, binary):
         ("a program for Windows", pe(0x8664), "win_amd64"),
         ("a program for macOS", b"\xcf\xfa\xed\xfe\x0c\x00\x00\x01", "macosx_11_0_arm64"),
     ):
-        equal("%s: %s" % (what, tag), tag, module.platform_tag(program))
+        equal("%s: %s" % (what, tag), tag, module.platform_tag(content))
     try:
         module.platform_tag(b"#!/bin/sh\n")
         raise Failed("a script is taken for a program")
@@ -237,17 +234,10 @@ def from_source(programs, folder, binary):
 
 def served(command, what, script, **variables):
     """`serve` by this command: it answers a host, and ends well with SIGTERM."""
-    serve = subprocess.Popen([*command, "serve", "--ports", "auto", "--ready-json"], stdout=subprocess.PIPE,
-                             stderr=subprocess.DEVNULL, env={**os.environ, **variables})
-    try:
-        ready = json.loads(serve.stdout.readline())
-        host = [script, "host", "127.0.0.1:%d" % ready["ports"]["ip0"], "so"]
-        equal("%s serve answers a host" % what, "OK\n", run(*host))
-        serve.send_signal(signal.SIGTERM)
-        equal("and ends well", 0, serve.wait(30))
-    finally:
-        serve.kill()
-        serve.stdout.close()
+    *prefix, binary = command
+    with Emulator(binary, prefix=prefix, env=surroundings(**variables)) as emulator:
+        equal("%s serve answers a host" % what, "OK\n", run(script, "host", "%s:%d" % emulator.address("ip0"), "so"))
+        emulator.stop(within=30)
 
 
 def commands(programs, uv, wheel, folder):
@@ -336,8 +326,7 @@ def figures(programs, folder):
 
 
 def main():
-    parser = argparse.ArgumentParser(description="Build, install and try the Python package")
-    parser.add_argument("--serve", metavar="TS3100", required=True, help="the program that goes into the wheel")
+    parser = serving(__doc__)
     parser.add_argument("--python", nargs="*", default=[], help="further interpreters for the tests of the package")
     parser.add_argument("--out", metavar="DIR", help="keep the wheel here")
     arguments = parser.parse_args()
@@ -359,14 +348,9 @@ def main():
         if arguments.out:
             os.makedirs(arguments.out, exist_ok=True)
             shutil.copy(wheel, arguments.out)
-        ok("the Python package")
-    except (Failed, OSError, subprocess.TimeoutExpired) as error:
-        print("FAIL %s" % error, flush=True)
-        return 1
     finally:
         shutil.rmtree(folder)
-    return 0
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    sys.exit(program(main))

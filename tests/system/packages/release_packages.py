@@ -28,8 +28,9 @@ sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), ".."
 sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "..", "..", "packaging"))
 import verify  # noqa: E402
 from container_engine import ROOT, ROOT_COMMAND, run  # noqa: E402
-from transport import Tcp  # noqa: E402
-from wire import Emulator, Failed, Host, equal, ok, true  # noqa: E402
+from emulator import Emulator  # noqa: E402
+from steps import Failed, equal, program, true  # noqa: E402
+from wire import Host  # noqa: E402
 
 RELEASE = os.path.join(ROOT, "packaging", "release.py")
 ACTIONLINT = "github.com/rhysd/actionlint/cmd/actionlint@v1.7.12"
@@ -116,18 +117,13 @@ def packages(programs, tools, scratch):
 
 def answers(name, binary, *prefix, stop=signal.SIGTERM):
     """The program starts, answers SU with STX and without, and ends cleanly."""
-    emulator = Emulator(binary, "--servo-on", prefix=prefix)
-    try:
+    with Emulator(binary, "--servo-on", prefix=prefix) as emulator:
         for stx in (True, False):
-            host = Host(Tcp(emulator.address("ip0")), stx)
+            host = Host(emulator.address("ip0"), stx)
             status = host.status()
             true("%s answers SU %s STX" % (name, "with" if stx else "without"), len(status) == 6, status)
-            host.way.close()
-        emulator.process.send_signal(stop)
-        equal("%s ends with exit code 0" % name, 0, emulator.process.wait(20))
-    finally:
-        emulator.process.kill()
-        emulator.process.wait()
+            host.close()
+        emulator.stop(by=stop, within=20)
 
 
 def windows(program, tools, scratch):
@@ -321,28 +317,23 @@ def main():
             equal("built in another place: the same bytes", *digests)
         workflows(tools)
         dist = packages(options.programs, tools, scratch)
-        for target, program in programs.items():
+        for target, binary in programs.items():
             if target == MINE:
-                answers(target, program)
+                answers(target, binary)
             elif target.endswith("-windows-gnu"):
-                windows(program, tools, scratch)
+                windows(binary, tools, scratch)
             elif target in BY:
                 need(*BY[target])
-                answers(target, program, *BY[target])
+                answers(target, binary, *BY[target])
             else:
                 raise Failed("%s cannot be tried on this machine" % target)
         metadata(dist, number, programs)
         installer(dist, number, scratch)
         registries(dist, number, scratch)
         debian(dist, scratch)
-        ok("the release")
-        return 0
-    except (Failed, OSError) as error:
-        print("FAIL %s" % error, flush=True)
-        return 1
     finally:
         shutil.rmtree(scratch, ignore_errors=True)
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    sys.exit(program(main))
