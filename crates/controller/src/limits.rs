@@ -22,8 +22,6 @@ pub const HOST_TIMEOUT: Duration = Duration::from_secs(10);
 /// How long a bare text that has its CR waits for ETX (option `text.end`, T6). A host writes both in one call; where its
 /// stack parts them, ETX follows after a delayed acknowledge of 200 ms at most. Hosts that send no ETX ask every 500 ms.
 pub const TEXT_END_WAIT: Duration = Duration::from_millis(250);
-/// Advised pause of a host before its next text (TRN-04).
-pub const HOST_DELAY: Duration = Duration::from_millis(50);
 /// Latest time of the unsolicited SP after its stop, unless an exchange is open then (D7).
 pub const MAX_SP_DELAY: Duration = Duration::from_millis(200);
 /// Default capacity of the RAM drive in bytes (D13, RAM-15).

@@ -9,6 +9,7 @@ pub use decoder::{Decoded, TextDecoder};
 
 use crate::prelude::*;
 use bytes::Bytes;
+use core::time::Duration;
 
 /// STX, the first byte of a text.
 pub const STX: u8 = 0x02;
@@ -24,6 +25,8 @@ pub const EOF: u8 = 0x1A;
 pub const MAX_DATA: usize = 253;
 /// Bytes a text may have from STX through ETX (FRM-02).
 pub const MAX_TEXT: usize = 255;
+/// Advised pause of a host before its next text (TRN-04).
+pub const HOST_DELAY: Duration = Duration::from_millis(50);
 /// Unread bytes that a decoder buffers. Beyond that the newest are dropped.
 pub const MAX_BUFFERED: usize = 65_536;
 /// Data bytes of the longest text that is delimited by length instead of ETX.

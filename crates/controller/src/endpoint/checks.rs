@@ -6,12 +6,11 @@ use crate::context::checks::begins_file;
 use crate::endpoint::Endpoints;
 use crate::endpoint::session::Exchange;
 use crate::finding::{Message, rules};
-use crate::limits::HOST_DELAY;
 use crate::port::Port;
 use bytes::Bytes;
 use core::time::Duration;
 use ts3100_proto::command::{Answer, Command};
-use ts3100_proto::text::{CR, EOF};
+use ts3100_proto::text::{CR, EOF, HOST_DELAY};
 
 /// Shortest time between two requests for the same status: the request, 50 ms, OK, 50 ms (TRN-04).
 const MIN_POLL_INTERVAL: Duration = HOST_DELAY.saturating_mul(2);

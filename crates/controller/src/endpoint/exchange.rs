@@ -9,7 +9,6 @@ use crate::context::Context;
 use crate::endpoint::Endpoints;
 use crate::endpoint::session::{Exchange, Letters};
 use crate::finding::{Message, rules};
-use crate::limits::HOST_DELAY;
 use crate::output::Event;
 use crate::panel::StopRequests;
 use crate::port::Port;
@@ -23,7 +22,7 @@ use ts3100_proto::message::Joined;
 use ts3100_proto::name::FileName;
 use ts3100_proto::reply::Reply;
 use ts3100_proto::status::su::StatusBody;
-use ts3100_proto::text::{CR, Decoded, Framing, Terminator, Text, TextError};
+use ts3100_proto::text::{CR, Decoded, Framing, HOST_DELAY, Terminator, Text, TextError};
 
 /// A request of a text to the robot.
 #[derive(Debug)]

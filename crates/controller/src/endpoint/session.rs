@@ -2,7 +2,7 @@
 //! in `ops`.
 
 use crate::finding::HostHistory;
-use crate::limits::{HOST_DELAY, HOST_TIMEOUT, TEXT_END_WAIT};
+use crate::limits::{HOST_TIMEOUT, TEXT_END_WAIT};
 use crate::panel::StopRequests;
 use crate::port::Port;
 use crate::prelude::*;
@@ -11,7 +11,7 @@ use ts3100_proto::file::{FlReceiver, FlSender, Received};
 use ts3100_proto::message::MessageJoiner;
 use ts3100_proto::name::FileName;
 use ts3100_proto::status::su::StatusBody;
-use ts3100_proto::text::{Decoded, Framing, Reading, TextDecoder, TextOptions};
+use ts3100_proto::text::{Decoded, Framing, HOST_DELAY, Reading, TextDecoder, TextOptions};
 
 /// Letters of a command, as its table has them.
 pub type Letters = &'static str;
