@@ -8,10 +8,11 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
 /// Crates without cycles: all of them.
-const CRATES: [&str; 8] = [
+const CRATES: [&str; 9] = [
     "proto",
     "scol-mini",
     "controller",
+    "host",
     "driver",
     "survey",
     "recording",

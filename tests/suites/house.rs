@@ -6,14 +6,16 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use ts3100_tests::clauses::read_list;
 
-/// The crates of the controller and their only dependencies: no clock, no socket and no file comes in by one of them.
-const DEPENDENCIES: [(&str, &[&str]); 3] = [
+/// The crates of the controller and their only dependencies: no clock, no socket and no file comes in by one of them. And
+/// the crate of the host, which knows nothing of the controller.
+const DEPENDENCIES: [(&str, &[&str]); 4] = [
     ("proto", &["bytes", "nom", "serde", "thiserror"]),
     ("scol-mini", &["libm", "serde", "thiserror"]),
     (
         "controller",
         &["bytes", "libm", "scol-mini", "serde", "thiserror", "ts3100-proto"],
     ),
+    ("host", &["serialport", "thiserror", "ts3100-proto"]),
 ];
 
 pub fn root() -> PathBuf {
@@ -360,6 +362,33 @@ fn robot_and_ports_do_not_know_each_other() {
         }
     }
     none("rooms that know what they are not to know", &offenders);
+}
+
+/// Names of I/O and clocks that the conversation of a host does without.
+const IO: [&str; 7] = [
+    "std::fs",
+    "std::io",
+    "std::net",
+    "std::thread",
+    "std::time",
+    "serialport",
+    "transport",
+];
+
+#[test]
+fn the_conversation_of_a_host_has_no_io() {
+    let mut offenders = Vec::new();
+    for name in ["conversation.rs", "expected.rs"] {
+        let path = root().join("crates/host/src").join(name);
+        let text = std::fs::read_to_string(&path).unwrap();
+        for (number, line) in (1..).zip(product(&text).lines()) {
+            let code = !line.trim_start().starts_with("//");
+            if code && IO.iter().any(|word| line.contains(word)) {
+                offenders.push(format!("{name}:{number}: {}", line.trim()));
+            }
+        }
+    }
+    none("I/O in the conversation", &offenders);
 }
 
 /// Fields of the ports, which only the ports' own files write.
