@@ -28,8 +28,8 @@ fn a_day_of_a_host_in_both_framings() {
         assert!(ok(&["dl", &file]).starts_with("OK, "));
         assert_eq!(ok(&["ul", "COUNTER"]), long);
         assert!(ok(&["ca"]).lines().any(|line| line.starts_with("COUNTER")));
-        assert_eq!(ok(&["so"]), "OK\n");
-        assert_eq!(ok(&["sl", "COUNTER"]), "OK\n");
+        assert_eq!(ok(&["SO"]), "OK\n");
+        assert_eq!(ok(&["SL", "COUNTER"]), "OK\n");
         assert!(ok(&["su"]).contains("COUNTER"));
         assert_eq!(ok(&["rn", "--wait", "20"]), format!("OK\n{end}\n"));
         assert_eq!(ok(&["mr", "COUNT"]), "8\n");
@@ -51,7 +51,7 @@ fn a_day_of_a_host_in_both_framings() {
         assert_eq!(ok(&["do", "SPEED", "=", "20"]), "OK\n");
         assert!(ok(&["vr"]).contains("TS3100"));
         ok(&["eu"]);
-        ok(&["rs", "prg"]);
+        ok(&["RS", "PRG"]);
         assert_eq!(ok(&["br"]), "OK\n");
     }
 }
@@ -124,17 +124,17 @@ fn communication_errors_are_exit_code_three_and_say_what_was_expected() {
         (
             &b""[..],
             &["so", "--timeout", "0.05"][..],
-            "does not answer within 0.05 s: expected OK or NG",
+            "no reply within 0.05 s: expected OK or NG",
         ),
         (b"\x02FL,A\x1a\x03", &["so"], "expected OK or NG, found FL,A<EOF>"),
-        (b"\x02WHAT\r\x03", &["su"], "the answer is WHAT<CR>"),
+        (b"\x02WHAT\r\x03", &["su"], "expected FL or NG, found WHAT<CR>"),
         (
             b"HTTP/1.0 400 Bad Request\r\n\r\n",
             &["su"],
-            "answers in HTTP, as the control interface does: give the address of IP0",
+            "the reply is HTTP, as from the control interface: give the address of IP0",
         ),
         (b"\x02OK\r\x03", &["sf"], "expected FL or NG, found OK<CR>"),
-        (b"\x02FL,MODE?\x1a\x03", &["su"], "cannot read the answer to SU"),
+        (b"\x02FL,MODE?\x1a\x03", &["su"], "cannot read the reply to SU"),
     ] {
         let address = peer(answer);
         let output = run(&[&["host", &address], words].concat());
@@ -176,7 +176,11 @@ fn the_answer_of_another_port_of_the_robot_says_where_commands_go() {
     let control = serve.control.as_deref().unwrap();
     let output = run(&["host", control.trim_start_matches("http://"), "su"]);
     assert_eq!(output.status.code(), Some(3));
-    assert!(stderr(&output).contains("answers in HTTP"), "{}", stderr(&output));
+    assert!(
+        stderr(&output).contains("the reply is HTTP"),
+        "{}",
+        stderr(&output)
+    );
 }
 
 #[test]
@@ -195,7 +199,7 @@ fn a_file_without_an_end_ends_with_the_time_for_everything() {
     });
     let output = run(&["host", &address, "su", "--total", "0.3"]);
     assert_eq!(output.status.code(), Some(3));
-    let expected = "does not answer within 0.3 s (--total): expected the next text of the file";
+    let expected = "no reply within 0.3 s in total: expected the next text of the file";
     assert!(stderr(&output).contains(expected), "{}", stderr(&output));
 }
 
@@ -208,7 +212,7 @@ fn an_sp_in_between_is_no_answer() {
         (output.status.code(), stdout(&output).as_str()),
         (Some(0), "OK\n")
     );
-    assert!(stderr(&output).contains("warning: SP came before the answer"));
+    assert!(stderr(&output).contains("warning: SP came before the reply"));
     let address = peer(b"\x02SP\r\x03\x02NG\r\x03");
     let output = run(&["host", &address, "sf"]);
     assert_eq!(

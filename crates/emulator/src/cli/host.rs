@@ -1,6 +1,6 @@
-//! `ts3100 host ADDR COMMAND`: sends one command of the simple protocol and shows the decoded answer.
+//! `ts3100 host ADDR COMMAND`: sends one command of the simple protocol and shows the decoded reply.
 //!
-//! The bytes are `ts3100-proto`'s. The arguments are in [`args`] and [`table`], the connection in [`session`], file
+//! The exchanges are `ts3100-host`'s. The arguments are in [`args`] and [`table`], the connection in [`session`], file
 //! transfer in [`transfer`], the output in [`render`].
 
 mod address;
@@ -20,11 +20,15 @@ use address::NoAnswer;
 use anyhow::anyhow;
 use args::{HostCommand, HostSubcommand};
 use serde_json::Value;
-use session::{Session, unreadable};
+use session::Session;
+use std::time::Duration;
 use ts3100_control::printable::escape_lines;
+use ts3100_host::{ClientError, Response};
 use ts3100_proto::command::{Answer, Command};
+use ts3100_proto::status::ExecutionStatus;
+use ts3100_proto::text::Framing;
 
-/// Does one command and shows its answer.
+/// Does one command and shows its reply.
 pub(super) fn run(args: &HostArgs) -> anyhow::Result<u8> {
     match exchange(args) {
         Ok(true) => Ok(0),
@@ -39,7 +43,7 @@ pub(super) fn run(args: &HostArgs) -> anyhow::Result<u8> {
 
 /// Whether the controller did it; false for NG.
 fn exchange(args: &HostArgs) -> anyhow::Result<bool> {
-    // Before anything is sent: wrong words are the caller's mistake, not the controller's answer.
+    // Before anything is sent: wrong words are the caller's mistake, not the controller's reply.
     let message = args.command.message()?;
     let command =
         Command::parse(message.as_bytes()).map_err(|error| anyhow!("cannot send `{message}`: {error}"))?;
@@ -47,16 +51,30 @@ fn exchange(args: &HostArgs) -> anyhow::Result<bool> {
     if let HostSubcommand::Own(HostCommand::Dl { file, .. }) = &args.command {
         content = transfer::read(file)?;
     }
-    let mut session = Session::connect(&args.address, args.no_stx, args.timeout, args.total)?;
+    let mut session = session::connect(&args.address, args.no_stx, args.timeout, args.total)?;
+    let done = perform(&mut session, &command, args, content);
+    session::warn(&mut session);
+    done.map_err(|error| match error.downcast::<ClientError>() {
+        Ok(error) => session::with_address(&args.address, &error).into(),
+        Err(error) => error,
+    })
+}
+
+fn perform(
+    session: &mut Session,
+    command: &Command,
+    args: &HostArgs,
+    content: Vec<u8>,
+) -> anyhow::Result<bool> {
     match &args.command {
         HostSubcommand::Own(HostCommand::Ul { output, .. }) => {
-            transfer::upload(&mut session, &command, output.as_deref())
+            transfer::upload(session, command, output.as_deref())
         }
-        HostSubcommand::Own(HostCommand::Dl { .. }) => transfer::download(&mut session, &command, content),
+        HostSubcommand::Own(HostCommand::Dl { .. }) => transfer::download(session, command, content),
         HostSubcommand::Own(HostCommand::Rn { wait: Some(limit) }) => {
-            let started = plain(&mut session, &command)?;
+            let started = plain(session, command)?;
             if started {
-                output::print(session.wait_for_stop(*limit)?.to_owned() + "\n")?;
+                output::print(wait_for_stop(session, *limit)?)?;
             }
             Ok(started)
         }
@@ -64,38 +82,48 @@ fn exchange(args: &HostArgs) -> anyhow::Result<bool> {
             HostCommand::Rn { wait: None } | HostCommand::Mr { .. } | HostCommand::Mw { .. },
         )
         | HostSubcommand::Row(_) => match command.row().answer {
-            Answer::Acknowledge => plain(&mut session, &command),
-            Answer::File | Answer::Status => show(&mut session, &command, args.json),
+            Answer::Acknowledge => plain(session, command),
+            Answer::File | Answer::Status => show(session, command, args.json),
         },
     }
 }
 
 fn plain(session: &mut Session, command: &Command) -> anyhow::Result<bool> {
-    let done = session.plain(command)?;
+    let done = session.request(command)? == Response::Ok;
     if done {
         output::print("OK\n")?;
     }
     Ok(done)
 }
 
-/// Shows a decoded answer; one without a decoder as it comes.
+/// Waits until the program has stopped: for the SP by which the controller says so, or, as it says nothing to hosts
+/// that send no STX (D7), by asking for its status. Returns what to print of it.
+fn wait_for_stop(session: &mut Session, limit: Option<Duration>) -> anyhow::Result<&'static str> {
+    session.set_total(None);
+    if session.conversation().options().framing == Framing::Stx {
+        session.wait_for_stop(limit)?;
+        return Ok("SP\n");
+    }
+    let status = session.poll_until_stopped(limit)?;
+    if status.execution == ExecutionStatus::Running {
+        let seconds = limit.unwrap_or_default().as_secs_f64();
+        return Err(NoAnswer::new(format_args!("the program is still running after {seconds} s")).into());
+    }
+    Ok("stopped\n")
+}
+
+/// Shows a decoded reply; one without a decoder as it comes.
 fn show(session: &mut Session, command: &Command, json: bool) -> anyhow::Result<bool> {
-    let decoded = match command.letters() {
-        "SF" => session
-            .system_status(command)?
-            .map(|status| render::system_status(&status)),
-        "IO" => session.lines(command)?.map(|lines| render::lines(&lines)),
-        letters => {
-            let Some(decode) = render::decoder(letters) else {
-                return transfer::upload(session, command, None);
-            };
-            let decode =
-                |content: Vec<u8>| decode(&content).map_err(|error| unreadable(letters, &error, &content));
-            session.file(command)?.map(decode).transpose()?
-        }
+    let letters = command.letters();
+    let Some(decode) = render::decoder(letters) else {
+        return transfer::upload(session, command, None);
     };
-    decoded.as_ref().map_or(Ok(()), |decoded| print(decoded, json))?;
-    Ok(decoded.is_some())
+    let Response::Content(content) = session.request(command)? else {
+        return Ok(false);
+    };
+    let decoded = decode(&content).map_err(|error| session::unreadable(letters, &error, &content))?;
+    print(&decoded, json)?;
+    Ok(true)
 }
 
 fn print(decoded: &Value, json: bool) -> anyhow::Result<()> {

@@ -1,12 +1,12 @@
-//! Connects `ts3100 host` to a controller. If there is no answer, the message names the port that may have been meant:
+//! Connects `ts3100 host` to a controller. If there is no reply, the message names the port that may have been meant:
 //! one of an emulator on this machine ([`crate::instances`]).
 
 use crate::config::args::FIRST_PORT;
 use crate::instances::{self, Instance};
 use std::fmt::Display;
-use std::io::{self, ErrorKind};
-use std::net::{IpAddr, TcpStream, ToSocketAddrs};
+use std::net::IpAddr;
 use std::time::Duration;
+use ts3100_host::TcpTransport;
 
 /// An address that cannot be dialled.
 #[derive(Debug, thiserror::Error)]
@@ -16,7 +16,7 @@ pub(super) struct AddressError {
     reason: String,
 }
 
-/// The controller gave no answer, or one that cannot be read.
+/// The controller gave no reply, or one that cannot be read.
 #[derive(Debug, thiserror::Error)]
 #[error("{0}")]
 pub(super) struct NoAnswer(String);
@@ -28,12 +28,12 @@ impl NoAnswer {
 }
 
 /// Connects to the first address of a name that takes the connection.
-pub(super) fn dial(address: &str, timeout: Duration) -> anyhow::Result<TcpStream> {
+pub(super) fn dial(address: &str, timeout: Duration) -> anyhow::Result<TcpTransport> {
     if let Some(reason) = missing_port(address) {
         let address = address.to_owned();
         return Err(AddressError { address, reason }.into());
     }
-    connect(address, timeout).map_err(|error| {
+    TcpTransport::connect(address, timeout).map_err(|error| {
         let hint = robot_hint(address);
         NoAnswer::new(format_args!("cannot connect to {address}: {error}{hint}")).into()
     })
@@ -54,22 +54,7 @@ fn missing_port(address: &str) -> Option<String> {
     Some(format!("add the port of IP0: {host}:{FIRST_PORT}"))
 }
 
-fn connect(address: &str, timeout: Duration) -> io::Result<TcpStream> {
-    let mut last = io::Error::new(ErrorKind::NotFound, "the name has no address");
-    for candidate in address.to_socket_addrs()? {
-        match TcpStream::connect_timeout(&candidate, timeout) {
-            Ok(stream) => {
-                stream.set_nodelay(true)?;
-                stream.set_write_timeout(Some(timeout))?;
-                return Ok(stream);
-            }
-            Err(error) => last = error,
-        }
-    }
-    Err(last)
-}
-
-/// The end of a message that nobody answers here: where commands go instead, if that is known.
+/// End of a message about an address without a reply: where commands go instead, if that is known.
 pub(super) fn robot_hint(address: &str) -> String {
     hint(address, &instances::running())
 }

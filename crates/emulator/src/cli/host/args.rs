@@ -12,11 +12,11 @@ use std::path::PathBuf;
 use std::time::Duration;
 use ts3100_driver::pc_file::{self, NameError};
 
-/// Send one command to a robot and print the answer.
+/// Send one command to a robot and print the reply.
 ///
 /// Works with emulators and real controllers.
 ///
-/// Exit codes: 0 OK; 1 NG; 2 wrong usage; 3 no answer.
+/// Exit codes: 0 OK; 1 NG; 2 wrong usage; 3 no reply.
 #[derive(Debug, Args)]
 pub(in crate::cli) struct HostArgs {
     /// Port IP0 of the controller, NAME:PORT or ADDRESS:PORT
@@ -27,10 +27,10 @@ pub(in crate::cli) struct HostArgs {
     /// Send messages without STX
     #[arg(long, global = true)]
     pub(super) no_stx: bool,
-    /// Print the decoded answer as JSON
+    /// Print the decoded reply as JSON
     #[arg(long, global = true)]
     pub(super) json: bool,
-    /// Longest wait for an answer in seconds
+    /// Longest wait for each text of a reply in seconds
     #[arg(long, global = true, value_name = "SECONDS", default_value = "5", value_parser = seconds)]
     pub(super) timeout: Duration,
     /// Longest time in seconds for the whole exchange, without the wait of `rn --wait`
@@ -67,8 +67,11 @@ impl Subcommand for HostSubcommand {
         let own = HostCommand::augment_subcommands(Command::new("own"));
         command.subcommands(rows().into_iter().map(|row| {
             let known = own.find_subcommand(word(row)).cloned();
-            // Its place in the help is the one it gets here, not the one among its own.
-            known.unwrap_or_else(|| subcommand(row)).display_order(None)
+            // Its place in the help is the one it gets here, not the one among its own. The manual writes upper case.
+            known
+                .unwrap_or_else(|| subcommand(row))
+                .display_order(None)
+                .alias(row.letters)
         }))
     }
 
@@ -215,6 +218,8 @@ mod tests {
             let found = words.find_subcommand(word(row)).map(Command::get_about);
             let about = found.flatten().map(ToString::to_string);
             assert_eq!(about, Some(help(row.letters)), "{}", row.name);
+            let upper = words.find_subcommand(row.letters).map(Command::get_name);
+            assert_eq!(upper, Some(word(row).as_str()));
         }
         assert!(words.find_subcommand("ok").is_none());
     }

@@ -1,4 +1,4 @@
-//! Turns decoded answers into JSON values, and JSON values into tables for people.
+//! Turns decoded replies into JSON values, and JSON values into tables for people.
 //!
 //! Decoding is done by `ts3100-proto`; only field names and layout are chosen here. The field names are a public
 //! format of `ts3100 host --json`.
@@ -10,23 +10,32 @@ use ts3100_proto::command::Number;
 use ts3100_proto::status::ac::{self, AlarmRecord};
 use ts3100_proto::status::ca::{self, DirectoryEntry};
 use ts3100_proto::status::eu::{self, ErrorEntry};
-use ts3100_proto::status::io::LineWords;
+use ts3100_proto::status::io::{self, LineWords};
 use ts3100_proto::status::mn::MaintenanceItem;
 use ts3100_proto::status::position::CurrentPosition;
 use ts3100_proto::status::pr::{self, Position};
-use ts3100_proto::status::sf::{self, SystemStatus};
+use ts3100_proto::status::sf::{self, SfLayout, SystemStatus};
 use ts3100_proto::status::sm::QuickStatus;
 use ts3100_proto::status::su::StatusBody;
 use ts3100_proto::status::vr::{self, VersionRecord};
 use ts3100_proto::status::{AlarmLevel, BodyError, ExecutionStatus, mr};
 use ts3100_recording::book;
 
-/// Decodes the content of an answer.
+/// Decodes the content of a reply.
 type Decoder = fn(&[u8]) -> Result<Value, BodyError>;
 
-/// The decoder for the answer to a command; `None` if its answer is a file for the user, or is read by length.
+/// The decoder for the reply to a command; `None` if the reply is a file for the user.
 pub(super) fn decoder(letters: &str) -> Option<Decoder> {
     Some(match letters {
+        "SF" => |content| {
+            let layout = if content.len() == SfLayout::Six.len() {
+                SfLayout::Six
+            } else {
+                SfLayout::Eight
+            };
+            SystemStatus::decode(content, layout).map(|status| system_status(&status))
+        },
+        "IO" => |content| io::decode_lines(content).map(|words| lines(&words)),
         "SU" => |content| StatusBody::decode(content).map(|body| status(&body)),
         "CA" => |content| ca::decode_directory(content).map(|files| list(&files, directory_entry)),
         "VR" => |content| vr::decode_versions(content).map(|records| list(&records, version)),
@@ -150,12 +159,12 @@ fn name_or_number(words: &[&str], number: u16) -> Value {
 }
 
 /// The lines of IO that are on.
-pub(super) fn lines(words: &LineWords) -> Value {
+fn lines(words: &LineWords) -> Value {
     json!({ "inputs_on": lines_on(&words.inputs), "outputs_on": lines_on(&words.outputs) })
 }
 
 /// All of SF; signals as the lists of lines that are on, positions as they came.
-pub(super) fn system_status(status: &SystemStatus) -> Value {
+fn system_status(status: &SystemStatus) -> Value {
     json!({
         "servo": status.servo,
         "emergency_stop": status.emergency_stop,

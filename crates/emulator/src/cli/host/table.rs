@@ -107,7 +107,9 @@ fn operands_of(row: &CommandRow) -> Vec<Arg> {
         "PR" => vec![operand("which", "Which position")],
         "VL" => vec![operand("which", "Which speed")],
         "ZS" => vec![
-            operand("frame", "Which one").value_parser(frame()),
+            operand("frame", "Which one")
+                .value_parser(frame())
+                .ignore_case(true),
             operand("name", "Name of the coordinate variable"),
             operands("values", "X Y Z C of a SCARA, X Y Z A B C of a six-axis arm")
                 .allow_negative_numbers(true),
@@ -161,7 +163,7 @@ mod tests {
             (&["host", "hi", "1", "8"], "HI,1 8"),
             (&["host", "jg", "1", "-"], "JG,1 -"),
             (&["host", "md", "Free"], "MD,2"),
-            (&["host", "zs", "tool", "T", "1", "-2"], "ZS,2 T 1 -2"),
+            (&["host", "zs", "Tool", "T", "1", "-2"], "ZS,2 T 1 -2"),
         ] {
             let matches = command.clone().try_get_matches_from(typed).unwrap();
             let (name, arguments) = matches.subcommand().unwrap();

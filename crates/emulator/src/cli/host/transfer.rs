@@ -1,12 +1,13 @@
 //! DL and UL of `ts3100 host`: copies files between the PC and the RAM drive.
 //!
-//! The exchange of each text is [`super::session`]'s; names and line ends are converted by [`ts3100_driver::pc_file`].
+//! The exchange of each text is [`ts3100_host`]'s; names and line ends are converted by [`ts3100_driver::pc_file`].
 
 use super::super::output;
 use super::session::Session;
 use anyhow::Context as _;
 use std::path::Path;
 use ts3100_driver::{files, pc_file};
+use ts3100_host::Response;
 use ts3100_proto::command::Command;
 use ts3100_proto::file::FlSender;
 use ts3100_proto::parameter::LineEnd;
@@ -19,33 +20,25 @@ pub(super) fn read(file: &Path) -> anyhow::Result<Vec<u8>> {
     pc_file::read_content(file, LineEnd::Lf).with_context(|| format!("cannot read {}", file.display()))
 }
 
-/// Sends the content of a file text by text; false if one is answered by NG.
+/// Sends a file; false if the controller refuses it.
 pub(super) fn download(session: &mut Session, command: &Command, content: Vec<u8>) -> anyhow::Result<bool> {
     let length = content.len();
-    if !session.plain(command)? {
-        return Ok(false);
+    let mut sender = FlSender::new(&content);
+    let texts = std::iter::from_fn(|| sender.next_text().map(drop)).count();
+    let is_stored = session.request(command)? == Response::Ok && session.send_file(content)?;
+    if is_stored {
+        output::print(format!("OK, {length} bytes in {texts} texts\n"))?;
     }
-    let mut sender = FlSender::new(content);
-    let mut texts = 0;
-    while let Some(data) = sender.next_text() {
-        session.pause();
-        session.send(data)?;
-        texts += 1;
-        if !session.ok_or_ng()? {
-            return Ok(false);
-        }
-    }
-    output::print(format!("OK, {length} bytes in {texts} texts\n"))?;
-    Ok(true)
+    Ok(is_stored)
 }
 
-/// Receives a file and keeps it as it came; false if the answer is NG.
+/// Receives a file and keeps it as it came; false if the reply is NG.
 pub(super) fn upload(
     session: &mut Session,
     command: &Command,
     target: Option<&Path>,
 ) -> anyhow::Result<bool> {
-    let Some(content) = session.file(command)? else {
+    let Response::Content(content) = session.request(command)? else {
         return Ok(false);
     };
     match target {
