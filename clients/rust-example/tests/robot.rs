@@ -45,7 +45,7 @@ fn the_emergency_stop_refuses_a_start() -> Result<(), Box<dyn std::error::Error>
         .start()?;
     let address = robot.address(Port::Ip0).ok_or("IP0 is closed")?;
 
-    robot.press_emergency_stop()?;
+    robot.set_emergency_stop(true)?;
     assert_eq!(start_robot(address)?, b"\x02NG\r\x03");
     let refused = robot.set_servo(true).unwrap_err();
     assert_eq!(

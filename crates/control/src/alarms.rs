@@ -2,9 +2,9 @@
 //!
 //! The table and the effects of an alarm are in the controller's `alarm` module.
 
-use super::resource::{Answer, Deserialize, Handle, Json, NoBody, Path, Problem, Serialize, ToSchema, View};
+use super::resource::{Answer, Deserialize, Handle, Json, Path, Problem, Serialize, ToSchema, View};
+use ts3100_controller::Action;
 use ts3100_controller::alarm::{ALARMS, Alarm, AlarmCode, AlarmSource};
-use ts3100_controller::{Action, PanelAction};
 use ts3100_recording::book;
 
 /// Longest detail of an alarm in characters.
@@ -102,7 +102,7 @@ impl AlarmRow {
 }
 
 impl AlarmList {
-    fn new(view: &View<'_>) -> AlarmList {
+    pub fn new(view: &View<'_>) -> AlarmList {
         let alarms = view.controller.alarms();
         AlarmList {
             active: alarms.active().iter().map(ActiveAlarm::new).collect(),
@@ -130,14 +130,6 @@ pub async fn raise_alarm(handle: Handle, Json(body): Json<RaiseRequest>) -> Answ
     }
     let action = Action::RaiseAlarm { number, detail };
     handle.act(action, AlarmList::new).await.map(Json)
-}
-
-/// Press ALARM RESET
-///
-/// Clears every alarm whose cause has gone.
-#[utoipa::path(post, path = "/alarms/reset", responses((status = 200, body = AlarmList)))]
-pub async fn reset_alarms(handle: Handle, _: NoBody) -> Answer<AlarmList> {
-    handle.press(PanelAction::AlarmReset, AlarmList::new).await
 }
 
 /// List every alarm of the controller

@@ -2,7 +2,7 @@
 
 use super::body::whole;
 use super::panel::ProgramStatus;
-use super::resource::{Answer, Deserialize, Handle, Json, NoBody, Problem, Serialize, ToSchema, View};
+use super::resource::{Answer, Deserialize, Handle, Json, Problem, Serialize, ToSchema, View};
 use ts3100_controller::action::Action;
 
 /// The breakpoints of the selected file.
@@ -55,14 +55,6 @@ pub async fn put_breakpoints(handle: Handle, Json(body): Json<Breakpoints>) -> A
     }
     let set = handle.act(Action::Breakpoints(lines.collect()), breakpoints);
     set.await.map(Json)
-}
-
-/// Run one step of the program
-///
-/// It starts or continues and stops after one step, whatever the operation mode.
-#[utoipa::path(post, path = "/program/step", operation_id = "step_program", responses((status = 200, body = ProgramStatus)))]
-pub async fn step(handle: Handle, _: NoBody) -> Answer<ProgramStatus> {
-    handle.act(Action::Step, ProgramStatus::new).await.map(Json)
 }
 
 /// Run the program to a line

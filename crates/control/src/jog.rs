@@ -4,7 +4,7 @@
 
 use super::arm::ArmPosture;
 use super::body::whole;
-use super::resource::{Answer, Deserialize, Handle, Json, NoBody, Serialize, ToSchema, View};
+use super::resource::{Answer, Deserialize, Handle, Json, Serialize, ToSchema, View};
 use std::time::Duration;
 use tokio::time::sleep;
 use ts3100_controller::action::Action;
@@ -113,12 +113,4 @@ pub async fn jog(handle: Handle, Json(body): Json<JogRequest>) -> Answer<ArmPost
         (pose, key.is_held) = key.handle.query(look).await?;
     }
     Ok(Json(pose))
-}
-
-/// Let the key go
-///
-/// The arm slows and rests.
-#[utoipa::path(post, path = "/jog/stop", operation_id = "stop_jog", responses((status = 200, body = ArmPosture)))]
-pub async fn stop_jog(handle: Handle, _: NoBody) -> Answer<ArmPosture> {
-    handle.press(PanelAction::JogStop, ArmPosture::new).await
 }

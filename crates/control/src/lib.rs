@@ -104,22 +104,20 @@ const AFTER_SERVERS: &str = "  \"paths\": {\n";
 const PAGE_POLICY: &str = "default-src 'none'; connect-src 'self'; img-src 'self' data: blob:; style-src 'self' 'unsafe-inline'; \
     script-src 'self' 'unsafe-inline'; frame-ancestors 'none'; base-uri 'none'; form-action 'none'";
 
-/// Every call there is, by the resources.
+/// Every call there is: those of the table of controls, and those of the resources.
 fn calls() -> Vec<Call> {
-    calls! {
+    let mut calls = panel::calls();
+    calls.extend(calls! {
         robots: get_robots get_robot;
         wires: get_wires put_outside;
         state: get_state;
         status_frame: get_status_frame;
-        panel: get_key_switch put_key_switch get_control_right put_control_right get_emergency_stop
-            put_emergency_stop get_safety_switch put_safety_switch get_servo put_servo get_feed_hold put_feed_hold
-            press_feed_hold get_machine_lock put_machine_lock get_battery put_battery get_override put_override
-            get_run_mode put_run_mode get_program start stop;
-        breakpoints: get_breakpoints put_breakpoints step run_to;
+        panel: get_program;
+        breakpoints: get_breakpoints put_breakpoints run_to;
         pendant: get_pendant press_keys;
         arm: get_arm get_pose;
-        jog: jog stop_jog;
-        alarms: get_alarms raise_alarm reset_alarms get_alarm_table get_alarm_row;
+        jog: jog;
+        alarms: get_alarms raise_alarm get_alarm_table get_alarm_row;
         lines: get_lines get_inputs get_input put_input pulse_input force_input release_input get_outputs get_output
             put_output pulse_output force_output release_output;
         variables: get_variables get_variable put_variable get_positions get_position put_position teach_position;
@@ -137,7 +135,8 @@ fn calls() -> Vec<Call> {
         service: get_health get_version get_metrics get_findings;
         coverage: get_coverage;
         scenario: get_scenario;
-    }
+    });
+    calls
 }
 
 /// The bound socket of the interface; it answers once it is served.

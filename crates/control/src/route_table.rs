@@ -25,21 +25,31 @@ pub struct Call {
     pub described: utoipa_axum::router::UtoipaMethodRouter,
 }
 
-/// Makes a [`Call`] of each handler with `#[utoipa::path]` of these modules.
+/// Makes a [`Call`] of a handler with `#[utoipa::path]`, in this group of the document.
+macro_rules! call {
+    ($group:expr, $module:ident::$handler:ident) => {
+        utoipa_axum::paste! {
+            $crate::route_table::Call {
+                path: <$module::[<__path_ $handler>] as utoipa::Path>::path(),
+                methods: $crate::route_table::methods(
+                    &<$module::[<__path_ $handler>] as utoipa::Path>::methods(),
+                    &$module::$handler,
+                ),
+                #[cfg(test)]
+                resource: $group,
+                #[cfg(test)]
+                described: utoipa_axum::routes!($module::$handler),
+            }
+        }
+    };
+}
+pub(crate) use call;
+
+/// Makes a [`Call`] of each handler of these modules.
 macro_rules! calls {
-    ($($module:ident: $($handler:ident)+;)+) => { utoipa_axum::paste! {
-        vec![$($($crate::route_table::Call {
-            path: <$module::[<__path_ $handler>] as utoipa::Path>::path(),
-            methods: $crate::route_table::methods(
-                &<$module::[<__path_ $handler>] as utoipa::Path>::methods(),
-                &$module::$handler,
-            ),
-            #[cfg(test)]
-            resource: stringify!($module),
-            #[cfg(test)]
-            described: utoipa_axum::routes!($module::$handler),
-        }),+),+]
-    }};
+    ($($module:ident: $($handler:ident)+;)+) => {
+        vec![$($($crate::route_table::call!(stringify!($module), $module::$handler)),+),+]
+    };
 }
 pub(crate) use calls;
 

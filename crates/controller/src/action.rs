@@ -4,9 +4,9 @@
 //! `controller::owner` passes each action to the part that does it.
 
 pub use crate::action_error::{ActionError, ActionErrorKind};
+use crate::controls::PanelAction;
 use crate::faults::FaultAction;
 pub use crate::io::signals::IoKind;
-use crate::panel::PanelAction;
 use crate::prelude::*;
 use core::time::Duration;
 use ts3100_proto::command::Number;
@@ -16,8 +16,6 @@ use ts3100_proto::command::Number;
 pub enum Action {
     /// Something at the panel; what has no effect there is refused here.
     Panel(PanelAction),
-    /// Feed hold is on from now, or off.
-    FeedHold(bool),
     /// Power off: nothing answers until it comes on again.
     PowerOff,
     /// Power on.
@@ -98,8 +96,6 @@ pub enum Action {
     },
     /// The program stops before these lines of the selected file, and before no others.
     Breakpoints(Vec<u32>),
-    /// The program runs one step, whatever the operation mode.
-    Step,
     /// The program runs until it comes to this line, from 1.
     RunTo(u32),
     /// Faults are armed and disarmed.
@@ -119,17 +115,7 @@ impl Action {
     /// Whether it has no effect while the power is off: what acts from outside works without.
     pub(crate) fn needs_power(&self) -> bool {
         if let Action::Panel(panel) = self {
-            return matches!(
-                panel,
-                PanelAction::Servo(_)
-                    | PanelAction::Start
-                    | PanelAction::Stop
-                    | PanelAction::FeedHold
-                    | PanelAction::AlarmReset
-                    | PanelAction::Jog { .. }
-                    | PanelAction::Keys(_)
-                    | PanelAction::ControlRight(_)
-            );
+            return panel.needs_power();
         }
         !matches!(
             self,

@@ -5,8 +5,9 @@
 //! or file.
 
 use crate::action::{Action, IoKind};
+use crate::controls::{BUTTONS, PanelAction, SWITCHES};
 use crate::faults::{Fault, FaultAction, FaultError};
-use crate::panel::{ControlRight, JogMode, KeySwitch, PanelAction};
+use crate::panel::JogMode;
 use crate::prelude::*;
 use crate::text_form::{single_word, split};
 use crate::time::parse_duration;
@@ -14,32 +15,16 @@ use alloc::borrow::Cow;
 use alloc::string::FromUtf8Error;
 use core::fmt;
 use core::str::FromStr;
-use ts3100_proto::command::{Number, RunMode};
+use ts3100_proto::command::Number;
 use ts3100_proto::escape::{self, EscapeError, Escaped};
 use ts3100_proto::words::{UnexpectedWord, Word};
 
-/// Every form of an action, as the page of scenarios lists it.
-pub const ACTION_FORMS: [&str; 40] = [
-    "key-switch teaching|internal|ext",
-    "control-right sig|rs232c|ether",
-    "emergency-stop press|release",
-    "safety-switch open|close",
-    "servo on|off",
-    "feed-hold on|off",
-    "feed-hold press",
-    "machine-lock on|off",
-    "battery low|ok",
-    "override PERCENT",
-    "run-mode continuous|cycle|step|segment",
+/// The forms of the actions that are no row of the table of controls.
+const OTHER_FORMS: [&str; 24] = [
     "jog AXIS plus|minus joint|tool|work|world slow|mid|fast [inching]",
-    "jog stop",
-    "program start",
-    "program stop",
-    "program step",
     "program run-to LINE",
     "breakpoints none|LINE [LINE ...]",
     "alarms raise NUMBER [TEXT]",
-    "alarms reset",
     "power on|off|cycle",
     "pendant keys TEXT",
     "input LINE on|off",
@@ -61,6 +46,13 @@ pub const ACTION_FORMS: [&str; 40] = [
     "faults disarm NUMBER",
     "faults clear",
 ];
+
+/// Every form of an action, as the page of scenarios lists it.
+pub fn action_forms() -> impl Iterator<Item = &'static str> + Clone {
+    let switches = SWITCHES.iter().map(|switch| switch.form);
+    let buttons = BUTTONS.iter().map(|button| button.form);
+    switches.chain(buttons).chain(OTHER_FORMS)
+}
 
 /// Why words are not an action.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
@@ -88,35 +80,6 @@ fn expected(expected: impl Into<Cow<'static, str>>, found: &str) -> ActionParseE
     UnexpectedWord::new(expected, found).into()
 }
 
-impl fmt::Display for PanelAction {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            PanelAction::Key(key) => write!(f, "key-switch {}", key.word()),
-            PanelAction::ControlRight(right) => write!(f, "control-right {}", right.word()),
-            PanelAction::EmergencyStop(pressed) => write!(f, "emergency-stop {}", word(BUTTON, *pressed)),
-            PanelAction::SafetySwitch(open) => write!(f, "safety-switch {}", word(FENCE, *open)),
-            PanelAction::Servo(on) => write!(f, "servo {}", on.word()),
-            PanelAction::Start => f.write_str("program start"),
-            PanelAction::Stop => f.write_str("program stop"),
-            PanelAction::FeedHold => f.write_str("feed-hold press"),
-            PanelAction::AlarmReset => f.write_str("alarms reset"),
-            PanelAction::MachineLock(on) => write!(f, "machine-lock {}", on.word()),
-            PanelAction::InputLine { line, on } => write!(f, "input {line} {}", on.word()),
-            PanelAction::Battery(low) => write!(f, "battery {}", word(BATTERY, *low)),
-            PanelAction::Override(percent) => write!(f, "override {percent}"),
-            PanelAction::RunMode(mode) => write!(f, "run-mode {}", mode.as_str()),
-            PanelAction::Jog { axis, positive, mode } => {
-                let ([coordinates, rate], sign) = (mode.words(), word(SIGN, *positive));
-                let step = word([" inching", ""], mode.mode == JogMode::INCHING);
-                write!(f, "jog {axis} {sign} {coordinates} {rate}{step}")
-            }
-            PanelAction::JogStop => f.write_str("jog stop"),
-            PanelAction::Keys(keys) => write!(f, "pendant keys {}", Escaped::new(keys.as_bytes())),
-            PanelAction::PowerCycle => f.write_str("power cycle"),
-        }
-    }
-}
-
 /// A name or number from outside, which may be none: still one word that reads back.
 fn as_word(name: &str) -> Escaped<'_> {
     Escaped::word(name.as_bytes())
@@ -131,7 +94,6 @@ impl fmt::Display for Action {
         let suffix = |restore: &bool| if *restore { " restore" } else { "" };
         match self {
             Action::Panel(action) => action.fmt(f),
-            Action::FeedHold(on) => write!(f, "feed-hold {}", on.word()),
             Action::PowerOff => f.write_str("power off"),
             Action::PowerOn => f.write_str("power on"),
             Action::RaiseAlarm { number, detail } => match detail.trim_end() {
@@ -177,7 +139,6 @@ impl fmt::Display for Action {
                 f.write_str("breakpoints")?;
                 lines.iter().try_for_each(|line| write!(f, " {line}"))
             }
-            Action::Step => f.write_str("program step"),
             Action::RunTo(line) => write!(f, "program run-to {line}"),
             Action::Fault(FaultAction::Arm(fault)) if fault.id == 0 => write!(f, "faults arm {fault}"),
             Action::Fault(FaultAction::Arm(fault)) => write!(f, "faults arm {} {fault}", fault.id),
@@ -191,22 +152,11 @@ impl FromStr for Action {
     type Err = ActionParseError;
 
     fn from_str(words: &str) -> ParseResult<Action> {
+        if let Some(action) = PanelAction::of_row(words)? {
+            return Ok(Action::Panel(action));
+        }
         let (thing, rest) = split(words);
         Ok(match thing {
-            "key-switch" => Action::Panel(PanelAction::Key(KeySwitch::read(rest)?)),
-            "control-right" => Action::Panel(PanelAction::ControlRight(ControlRight::read(rest)?)),
-            "emergency-stop" => Action::Panel(PanelAction::EmergencyStop(either(BUTTON, rest)?)),
-            "safety-switch" => Action::Panel(PanelAction::SafetySwitch(either(FENCE, rest)?)),
-            "servo" => Action::Panel(PanelAction::Servo(bool::read(rest)?)),
-            "feed-hold" if rest == "press" => Action::Panel(PanelAction::FeedHold),
-            "feed-hold" => {
-                Action::FeedHold(bool::from_word(rest).ok_or_else(|| expected("on, off or press", rest))?)
-            }
-            "machine-lock" => Action::Panel(PanelAction::MachineLock(bool::read(rest)?)),
-            "battery" => Action::Panel(PanelAction::Battery(either(BATTERY, rest)?)),
-            "override" => Action::Panel(PanelAction::Override(percent(rest)?)),
-            "run-mode" => Action::Panel(PanelAction::RunMode(run_mode(rest)?)),
-            "jog" if rest == "stop" => Action::Panel(PanelAction::JogStop),
             "jog" => Action::Panel(jog(rest)?),
             "program" => program(rest)?,
             "breakpoints" if rest == "none" => Action::Breakpoints(Vec::new()),
@@ -230,22 +180,9 @@ impl FromStr for Action {
     }
 }
 
-fn percent(rest: &str) -> ParseResult<u8> {
-    let percent = rest.parse().ok().filter(|percent| (1..=100).contains(percent));
-    percent.ok_or_else(|| expected("a whole number from 1 to 100", rest))
-}
-
-fn run_mode(rest: &str) -> ParseResult<RunMode> {
-    let mode = RunMode::ALL.into_iter().find(|mode| mode.as_str() == rest);
-    mode.ok_or_else(|| expected("continuous, cycle, step or segment", rest))
-}
-
 fn program(rest: &str) -> ParseResult<Action> {
     let (verb, line) = split(rest);
     Ok(match (verb, line) {
-        ("start", "") => Action::Panel(PanelAction::Start),
-        ("stop", "") => Action::Panel(PanelAction::Stop),
-        ("step", "") => Action::Step,
         ("run-to", line) => Action::RunTo(file_line(line)?),
         _ => return Err(expected("start, stop, step or run-to LINE", rest)),
     })
@@ -269,29 +206,13 @@ fn jog(rest: &str) -> ParseResult<PanelAction> {
     };
     Ok(PanelAction::Jog {
         axis: axis.parse().map_err(|_| wrong())?,
-        positive: either(SIGN, sign).map_err(|_| wrong())?,
+        positive: match *sign {
+            "plus" => true,
+            "minus" => false,
+            _ => return Err(wrong()),
+        },
         mode: JogMode::from_words(coordinates, rate, inching).ok_or_else(wrong)?,
     })
-}
-
-/// The words of a thing that has its own for on and off.
-type OnOff = [&'static str; 2];
-
-const BUTTON: OnOff = ["press", "release"];
-const FENCE: OnOff = ["open", "close"];
-const BATTERY: OnOff = ["low", "ok"];
-const SIGN: OnOff = ["plus", "minus"];
-
-fn word([on, off]: OnOff, is_on: bool) -> &'static str {
-    if is_on { on } else { off }
-}
-
-fn either([on, off]: OnOff, word: &str) -> ParseResult<bool> {
-    match word {
-        word if word == on => Ok(true),
-        word if word == off => Ok(false),
-        _ => Err(expected(format!("{on} or {off}"), word)),
-    }
 }
 
 fn alarms_action(rest: &str) -> ParseResult<Action> {
@@ -302,7 +223,6 @@ fn alarms_action(rest: &str) -> ParseResult<Action> {
             let (number, detail) = (unescaped(number)?, detail.to_string());
             Ok(Action::RaiseAlarm { number, detail })
         }
-        "reset" if rest.is_empty() => Ok(Action::Panel(PanelAction::AlarmReset)),
         _ => Err(expected("raise NUMBER or reset", verb)),
     }
 }
@@ -429,7 +349,10 @@ fn fault_action(rest: &str) -> ParseResult<FaultAction> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::panel::{ControlRight, KeySwitch};
     use alloc::borrow::ToOwned;
+    use ts3100_proto::command::RunMode;
+    use ts3100_proto::words::Word;
 
     use core::time::Duration;
 
@@ -439,9 +362,8 @@ mod tests {
         let name = || "P1".to_owned();
         let values = vec![Number::Integer(-3), Number::Real(1.0), Number::Real(1e-9)];
         let actions = [
-            Action::Panel(PanelAction::FeedHold),
+            Action::Panel(PanelAction::PressFeedHold),
             Action::Panel(PanelAction::InputLine { line, on }),
-            Action::FeedHold(true),
             Action::PowerOff,
             Action::PowerOn,
             Action::RaiseAlarm {
@@ -624,6 +546,7 @@ mod tests {
             PanelAction::Servo,
             PanelAction::MachineLock,
             PanelAction::Battery,
+            PanelAction::FeedHold,
         ];
         let mut all: Vec<PanelAction> = switches
             .into_iter()
@@ -647,7 +570,8 @@ mod tests {
             PanelAction::JogStop,
             PanelAction::Start,
             PanelAction::Stop,
-            PanelAction::FeedHold,
+            PanelAction::Step,
+            PanelAction::PressFeedHold,
             PanelAction::AlarmReset,
             PanelAction::PowerCycle,
             PanelAction::InputLine { line: 264, on: true },
@@ -656,5 +580,31 @@ mod tests {
         for panel in all {
             assert_eq!(panel.to_string().parse(), Ok(Action::Panel(panel)));
         }
+    }
+
+    #[test]
+    fn the_words_of_a_choice_are_those_of_its_type() {
+        let words = |name: &str| {
+            let mut rows = SWITCHES.iter();
+            rows.find(|row| row.name() == name)
+                .map(|row| row.words().collect::<Vec<_>>())
+        };
+        assert_eq!(words("key-switch"), Some(KeySwitch::ALL.map(Word::word).to_vec()));
+        assert_eq!(
+            words("control-right"),
+            Some(ControlRight::ALL.map(Word::word).to_vec())
+        );
+        assert_eq!(words("run-mode"), Some(RunMode::ALL.map(Word::word).to_vec()));
+    }
+
+    #[test]
+    fn a_wrong_word_gets_those_of_the_values_and_the_buttons() {
+        let error = "feed-hold down".parse::<Action>().unwrap_err();
+        assert_eq!(error.to_string(), "expected on, off or press, found `down`");
+        let error = "override 101".parse::<Action>().unwrap_err();
+        assert_eq!(
+            error.to_string(),
+            "expected a whole number from 1 to 100, found `101`"
+        );
     }
 }

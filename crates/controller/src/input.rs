@@ -3,9 +3,10 @@
 //! The embedding program knows who caused it: a socket, a serial device, a test, a scenario.
 
 use crate::action::Action;
+pub use crate::controls::PanelAction;
 use crate::drive::PersistError;
 use crate::faults::FaultAction;
-pub use crate::panel::{ControlRight, JogMode, KeySwitch, PanelAction};
+pub use crate::panel::{ControlRight, JogMode, KeySwitch};
 use crate::port::Port;
 use crate::prelude::*;
 use crate::serial_line::HostEnd;

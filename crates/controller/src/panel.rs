@@ -6,64 +6,10 @@
 use crate::alarm::{self, AlarmCode};
 use crate::limits::SERVO_ONS;
 use crate::output::Event;
-use crate::prelude::*;
 use crate::time::Time;
 use core::time::Duration;
 use ts3100_proto::command::RunMode;
 use ts3100_proto::status::{AlarmLevel, MasterMode};
-
-/// Something done at the controller itself.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
-pub enum PanelAction {
-    /// The key switch is turned.
-    Key(KeySwitch),
-    /// The parameter EXTERNAL mode control right is set.
-    ControlRight(ControlRight),
-    /// The emergency stop button is pressed (true) or released (false).
-    EmergencyStop(bool),
-    /// The safety switch (fence) is open (true) or closed: an open one stops the robot like the emergency stop.
-    SafetySwitch(bool),
-    /// The servo power button: on or off. Refused on like SO.
-    Servo(bool),
-    /// START: automatic operation from the panel, whatever the control right.
-    Start,
-    /// STOP: the program stops after the present step, and the host is told by SP (CMD-SP-05).
-    Stop,
-    /// FEED HOLD pressed: alternate action (CMD-FD-02).
-    FeedHold,
-    /// ALARM RESET.
-    AlarmReset,
-    /// The machine lock: programs run without the arm moving.
-    MachineLock(bool),
-    /// An input line is driven by the outside (1-64, 101-164, 201-264, 301-364, 401-464).
-    InputLine {
-        /// Din number.
-        line: u16,
-        /// Its state.
-        on: bool,
-    },
-    /// The speed override is set, in percent: 1 to 100.
-    Override(u8),
-    /// The operation mode is chosen; refused while the robot runs.
-    RunMode(RunMode),
-    /// The battery of the RAM drive is low (true) or good again.
-    Battery(bool),
-    /// A key of the teach pendant that moves the arm is held from now; in TEACHING only.
-    Jog {
-        /// From 1; in a coordinate system 1-3 go along X Y Z, 4-6 turn about them.
-        axis: u8,
-        /// Towards larger values.
-        positive: bool,
-        /// The settings of the pendant; mode 2 is refused.
-        mode: JogMode,
-    },
-    /// The key is let go: the arm slows and rests.
-    JogStop,
-    /// Figures typed at the teach pendant, for INPUT without a channel.
-    Keys(String),
-    /// Power off and on again.
-    PowerCycle,
-}
 
 ts3100_proto::codes! {
     /// Position of the key switch.

@@ -135,6 +135,8 @@ pub(crate) enum OperateError {
     ServoOn,
     #[error("a reset is accepted only in stop mode")]
     NotStopped,
+    #[error("the program is running")]
+    ProgramRuns,
     #[error("the operation mode can be set only while the robot is stopped")]
     Running,
     #[error("of several inputs at once only the first is processed")]

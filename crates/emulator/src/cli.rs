@@ -5,6 +5,7 @@
 
 mod check;
 mod config;
+mod controls;
 mod coverage;
 mod ctl;
 mod diff;

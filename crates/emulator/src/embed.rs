@@ -24,7 +24,7 @@
 //! assert!(robot.advance_until("output 5 on", Duration::from_secs(10))?);
 //! assert!(robot.now()? >= Duration::from_secs(2));
 //!
-//! robot.press_emergency_stop()?;
+//! robot.set_emergency_stop(true)?;
 //! let refused = robot.set_servo(true).unwrap_err();
 //! assert_eq!(refused.to_string(), "cannot turn the servo on: the emergency stop is pressed");
 //! # drop(host);

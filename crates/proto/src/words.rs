@@ -31,7 +31,8 @@ pub trait Word: Copy + 'static {
 }
 
 /// The words as one may be chosen of them: `on or off`, `teaching, internal or ext`.
-pub(crate) fn one_of(words: &[String]) -> String {
+#[must_use]
+pub fn one_of(words: &[String]) -> String {
     match words {
         [others @ .., last] if !others.is_empty() => format!("{} or {last}", others.join(", ")),
         words => words.concat(),

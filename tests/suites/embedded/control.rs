@@ -26,7 +26,7 @@ fn time_moves_only_as_a_test_moves_it() {
         !robot.advance_until("output 5 on", SECOND).unwrap(),
         "it waits for its number"
     );
-    robot.type_keys("7\r").unwrap();
+    robot.press_keys("7\r").unwrap();
     assert!(robot.advance_until("output 5 on", 10 * SECOND).unwrap());
     assert_eq!(robot.pendant().unwrap().trim(), "GOT");
     assert!(robot.output(5).unwrap() && !robot.output(6).unwrap());
@@ -49,29 +49,29 @@ fn time_moves_only_as_a_test_moves_it() {
 #[test]
 fn switches_and_buttons_work_and_refuse_with_their_reason() {
     let robot = stepped();
-    robot.press_emergency_stop().unwrap();
+    robot.set_emergency_stop(true).unwrap();
     let refused = robot.set_servo(true).unwrap_err().to_string();
     assert_eq!(refused, "cannot turn the servo on: the emergency stop is pressed");
-    robot.release_emergency_stop().unwrap();
-    robot.open_safety_switch().unwrap();
+    robot.set_emergency_stop(false).unwrap();
+    robot.set_safety_switch(true).unwrap();
     assert!(robot.set_servo(true).is_err());
-    robot.close_safety_switch().unwrap();
+    robot.set_safety_switch(false).unwrap();
     robot.reset_alarms().unwrap();
     robot.set_servo(true).unwrap();
-    robot.turn_key_switch(KeySwitch::Teaching).unwrap();
+    robot.set_key_switch(KeySwitch::Teaching).unwrap();
     robot.set_control_right(ControlRight::Sig).unwrap();
     let state = robot.read(|controller| controller.state().clone()).unwrap();
     assert_eq!(
         (state.key, state.control_right),
         (KeySwitch::Teaching, ControlRight::Sig)
     );
-    robot.set_battery_low(true).unwrap();
+    robot.set_battery(true).unwrap();
     robot.set_machine_lock(true).unwrap();
     robot.set_feed_hold(true).unwrap();
     robot.set_feed_hold(false).unwrap();
     robot.raise_alarm("2-046", "by a test").unwrap();
     assert!(robot.alarms().unwrap().contains(&"2-046".to_owned()));
-    robot.set_battery_low(false).unwrap();
+    robot.set_battery(false).unwrap();
     robot.reset_alarms().unwrap();
     assert!(!robot.alarms().unwrap().contains(&"2-046".to_owned()));
     robot.power_off().unwrap();
@@ -100,7 +100,7 @@ fn lines_variables_and_files_are_read_and_changed() {
     );
     assert!(robot.set_variable("M", &[Number::Integer(5)], false).is_err());
     assert_eq!(robot.variable("M").unwrap(), None);
-    robot.teach("HOME", false).unwrap();
+    robot.teach_position("HOME", false).unwrap();
     robot.put_file("other", "PROGRAM OTHER\nEND\n").unwrap();
     assert!(robot.files().unwrap().contains(&"OTHER".to_owned()));
     assert!(
@@ -110,17 +110,17 @@ fn lines_variables_and_files_are_read_and_changed() {
             .unwrap()
             .starts_with(b"PROGRAM OTHER")
     );
-    robot.select("other").unwrap();
+    robot.select_file("other").unwrap();
     assert_eq!(
         robot.read(|controller| controller.selected().to_owned()).unwrap(),
         "OTHER"
     );
-    robot.select("COUNT").unwrap();
+    robot.select_file("COUNT").unwrap();
     robot.erase_file("other").unwrap();
     assert_eq!(robot.file("OTHER").unwrap(), None);
     assert!(robot.drop_peer(Port::Ip0).is_err(), "nobody is connected");
-    robot.arm("no-reply:command=SU,id=9").unwrap();
-    robot.disarm(9).unwrap();
+    robot.arm_fault("no-reply:command=SU,id=9").unwrap();
+    robot.disarm_fault(9).unwrap();
     robot.clear_faults().unwrap();
     assert!(robot.faults().unwrap().is_empty());
 }

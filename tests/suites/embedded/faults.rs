@@ -99,12 +99,12 @@ fn a_host_that_waits_behind_a_half_open_connection_it_has_closed_is_served_next(
 fn faults_are_armed_reported_and_disarmed_while_it_runs() {
     let robot = Emulator::builder().fault_seed(3).start().unwrap();
     let mut host = served(&robot);
-    assert!(matches!(robot.arm("no-replay"), Err(Error::Fault(_))));
-    robot.arm("ng:command=SO").unwrap();
-    robot.arm("ng:command=CA").unwrap();
+    assert!(matches!(robot.arm_fault("no-replay"), Err(Error::Fault(_))));
+    robot.arm_fault("ng:command=SO").unwrap();
+    robot.arm_fault("ng:command=CA").unwrap();
     host.exchange(SO, b"\x02NG\r\x03");
     assert_eq!(applied(&robot), "SO is refused");
-    robot.disarm(2).unwrap();
+    robot.disarm_fault(2).unwrap();
     let reports = robot.faults().unwrap();
     let seen: Vec<_> = reports
         .iter()

@@ -94,7 +94,7 @@ fn a_program_goes_on_from_its_input_with_the_peer_that_is_there() {
 fn what_a_fault_made_half_open_does_not_outlast_the_state_it_came_with() {
     let robot = robot().start().unwrap();
     robot.snapshot("ready").unwrap();
-    robot.arm("half-open:command=SU,lasts=600000").unwrap();
+    robot.arm_fault("half-open:command=SU,lasts=600000").unwrap();
     let mut host = dial(&robot, Port::Ip0);
     host.write_all(b"\x02SU\r\x03").unwrap();
     let applied = |output: &Output| match output {

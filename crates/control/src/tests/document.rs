@@ -124,15 +124,18 @@ pub fn document(calls: Vec<Call>, needs_token: bool) -> OpenApi {
     components.schemas.extend([problem]);
     let mut paths = Paths::new();
     let mut tags: Vec<Tag> = Vec::new();
+    let mut group = "";
     for call in calls {
-        let is_other = tags.last().is_none_or(|tag| tag.name != call.resource);
-        let mut groups = GROUPS.iter().filter(|_| is_other);
+        let mut groups = GROUPS.iter();
         if let Some((name, description)) = groups.find(|(name, _)| *name == call.resource) {
-            let mut tag = Tag::new(*name);
-            tag.description = Some((*description).to_owned());
-            tags.push(tag);
+            group = name;
+            if tags.iter().all(|tag| tag.name != group) {
+                let mut tag = Tag::new(group);
+                tag.description = Some((*description).to_owned());
+                tags.push(tag);
+            }
         }
-        let tag = tags.last().map(|tag| vec![tag.name.clone()]);
+        let tag = Some(vec![group.to_owned()]);
         let (schemas, mut described, _) = call.described;
         components.schemas.extend(schemas);
         for item in described.paths.values_mut() {
@@ -171,6 +174,7 @@ pub fn document(calls: Vec<Call>, needs_token: bool) -> OpenApi {
     info.license = Some(license);
     let mut document = OpenApi::new(info, paths);
     document.components = Some(components);
+    tags.sort_by_key(|tag| GROUPS.iter().position(|(name, _)| *name == tag.name));
     document.tags = Some(tags);
     document.servers = Some(servers());
     document.security = Some(security(needs_token));

@@ -5,20 +5,18 @@
 
 use crate::action::{Accepted, Action, ActionError};
 use crate::action_error::ActionResult;
-use crate::alarm;
 use crate::controller::Controller;
-use crate::executor::StopCause;
+use crate::controls::PanelAction;
 use crate::faults::kind::ScheduledAction;
 use crate::finding::rules;
 use crate::input::By;
 use crate::io::signals::{IoKind, Signals};
 use crate::ops::actions::no_line;
 use crate::output::{Event, Output};
-use crate::panel::PanelAction;
 use crate::persistence::Then;
 use crate::prelude::*;
 use crate::refusal::OperateError;
-use ts3100_proto::words::Word as _;
+use crate::robot::Robot;
 
 impl Controller {
     /// Carries out an action. A change of a file that is stored outside first is made when its answer has come. Nobody waits
@@ -36,7 +34,11 @@ impl Controller {
         };
         let done = match action {
             action if !robot.panel.state().powered && action.needs_power() => {
-                let verb = format!("do `{action}`");
+                let verb = if let Action::Panel(panel) = &action {
+                    panel.purpose().1
+                } else {
+                    format!("do `{action}`")
+                };
                 Err(ActionError::cannot("power", verb, "the power is off"))
             }
             // A line that is driven by hand has a finding of its own (`no-such-line`).
@@ -46,13 +48,9 @@ impl Controller {
                 Err(no_line(IoKind::Input, line))
             }
             Action::Panel(panel) => at_once(self.do_at_panel(&panel).map_err(|reason| {
-                let (place, verb) = purpose(&panel);
+                let (place, verb) = panel.purpose();
                 ActionError::cannot(place, verb, reason)
             })),
-            Action::FeedHold(on) => {
-                robot.set_feed_hold(on);
-                Ok(None)
-            }
             Action::PowerOff => {
                 self.power_off();
                 self.robot.context.outputs.push(Output::PowerOff);
@@ -82,7 +80,6 @@ impl Controller {
             Action::EraseFile { name } => robot.erase_file(&name),
             Action::Select { name } => at_once(robot.select_by_name(&name)),
             Action::Breakpoints(lines) => at_once(robot.set_breakpoints(&lines)),
-            Action::Step => at_once(robot.step()),
             Action::RunTo(line) => at_once(robot.run_to(line)),
             Action::Fault(order) => at_once(self.endpoints.fault_order(&mut robot.context, order)),
         };
@@ -111,30 +108,17 @@ impl Controller {
     /// # Errors
     /// Why it had no effect.
     fn do_at_panel(&mut self, panel: &PanelAction) -> Result<(), OperateError> {
-        let robot = &mut self.robot;
         match *panel {
-            PanelAction::Key(key) => return robot.turn_key(key),
-            PanelAction::ControlRight(right) => robot.set_control_right(right),
-            PanelAction::EmergencyStop(pressed) => robot.set_alarm_cause(alarm::EMERGENCY_STOP, pressed),
-            PanelAction::SafetySwitch(open) => robot.set_alarm_cause(alarm::SAFETY_STOP, open),
-            PanelAction::Servo(true) => return robot.servo_on(),
-            PanelAction::Servo(false) => robot.servo_off(StopCause::Other),
-            PanelAction::Start => return robot.start(),
-            PanelAction::Stop => robot.stop_by_hand(),
-            PanelAction::FeedHold => robot.feed_hold(),
-            PanelAction::AlarmReset => robot.reset_alarms(),
-            PanelAction::MachineLock(on) => robot.panel.set_machine_lock(on),
-            PanelAction::InputLine { line, on } => robot.drive_input(line, on),
-            PanelAction::Battery(low) => robot.set_alarm_cause(alarm::BATTERY, low),
-            PanelAction::Override(percent) => robot.set_override(percent.clamp(1, 100)),
-            PanelAction::RunMode(mode) => return robot.set_run_mode(mode),
-            PanelAction::Jog { axis, positive, mode } => robot.jog_by_key(axis, positive, mode)?,
-            PanelAction::JogStop => robot.arm.stop_jog(robot.context.now),
-            PanelAction::Keys(ref figures) => robot.channels.type_keys(figures),
+            PanelAction::InputLine { line, on } => self.robot.drive_input(line, on),
+            PanelAction::Jog { axis, positive, mode } => {
+                return self.robot.jog_by_key(axis, positive, mode);
+            }
+            PanelAction::Keys(ref figures) => self.robot.channels.type_keys(figures),
             PanelAction::PowerCycle => {
                 self.power_off();
                 self.power_on();
             }
+            ref row => return operate(&mut self.robot, row),
         }
         Ok(())
     }
@@ -190,17 +174,58 @@ impl Controller {
     }
 }
 
-/// Where at the panel an action had no effect, and what one who does it wants to do.
-fn purpose(panel: &PanelAction) -> (&'static str, String) {
-    if let PanelAction::Servo(on) = panel {
-        ("servo", format!("turn the servo {}", on.word()))
-    } else if let PanelAction::Key(key) = panel {
-        ("key switch", format!("turn the key switch to {}", key.word()))
-    } else if *panel == PanelAction::Start {
-        ("start", "start the program".to_string())
-    } else if let PanelAction::Jog { axis, .. } = panel {
-        ("jog", format!("jog axis {axis}"))
-    } else {
-        ("panel", format!("do `{panel}`"))
+/// What a method of the robot returns: nothing, or why it had no effect.
+trait Operated {
+    fn result(self) -> Result<(), OperateError>;
+}
+
+impl Operated for () {
+    fn result(self) -> Result<(), OperateError> {
+        Ok(())
     }
 }
+
+impl Operated for Result<(), OperateError> {
+    fn result(self) -> Result<(), OperateError> {
+        self
+    }
+}
+
+/// Makes [`operate`] of the rows: the method that each names.
+macro_rules! operate {
+    (
+        switches { $(
+            $(#[$doc:meta])*
+            $name:ident: $variant:ident($($type:tt)*) = $path:literal {
+                form: $form:literal,
+                document: $document:ident $field:tt,
+                act: $act:ident,
+                $($more:tt)*
+            }
+        )* }
+        buttons { $(
+            $(#[$press_doc:meta])*
+            $press_name:ident: $press:ident = $press_path:literal {
+                form: $press_form:literal,
+                group: $group:ident,
+                answer: $answer:tt,
+                act: $press_act:ident,
+                $($press_more:tt)*
+            }
+        )* }
+    ) => {
+        /// Carries out the action of a row of the table of controls.
+        fn operate(robot: &mut Robot, action: &PanelAction) -> Result<(), OperateError> {
+            match *action {
+                $( PanelAction::$variant(value) => robot.$act(value).result(), )*
+                $( PanelAction::$press => robot.$press_act().result(), )*
+                PanelAction::InputLine { .. }
+                | PanelAction::Jog { .. }
+                | PanelAction::Keys(_)
+                | PanelAction::PowerCycle => Ok(()),
+            }
+        }
+    };
+}
+
+crate::controls!(operate);

@@ -5,8 +5,8 @@
 
 use super::rng::Rng;
 use crate::alarm::AlarmCode;
+use crate::controls::PanelAction;
 use crate::faults::error::FaultError;
-use crate::panel::PanelAction;
 use crate::port::Port;
 use crate::prelude::*;
 use crate::segment::Segment;

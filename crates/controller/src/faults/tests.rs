@@ -2,8 +2,8 @@
 //! them is tested in the suites.
 
 use super::*;
+use crate::controls::PanelAction;
 use crate::output::{DisconnectMode, Output};
-use crate::panel::PanelAction;
 use crate::{Config, Controller, Dialect, HostEnd, Input};
 use bytes::Bytes;
 use core::time::Duration;

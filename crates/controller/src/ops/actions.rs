@@ -53,17 +53,6 @@ impl Robot {
         set.map_err(|line| refused(&no_statement(line)))
     }
 
-    /// Runs one step of the program.
-    pub(crate) fn step(&mut self) -> ActionResult {
-        let refused = |reason: &dyn Display| ActionError::cannot("step", "run a step", reason);
-        if self.executor.program_runs() {
-            return Err(refused(&"the program is running"));
-        }
-        self.start().map_err(|reason| refused(&reason))?;
-        self.executor.stop_after_next_step();
-        Ok(())
-    }
-
     /// Runs the program until it comes to the line.
     pub(crate) fn run_to(&mut self, line: u32) -> ActionResult {
         let verb = format!("run to line {line}");

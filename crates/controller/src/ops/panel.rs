@@ -4,7 +4,7 @@
 //! `controller::owner` drops the peers when the power goes off; stops are carried out by `robot::run_control`.
 
 use super::refuse_if;
-use crate::alarm::AlarmCode;
+use crate::alarm::{self, AlarmCode};
 use crate::executor::{Executor, StopCause};
 use crate::finding::rules;
 use crate::io::channels::Channels;
@@ -18,7 +18,7 @@ use ts3100_proto::name::FileName;
 
 impl Robot {
     /// Turning the key while a program runs stops it after the present step.
-    pub(crate) fn turn_key(&mut self, key: KeySwitch) -> Result<(), OperateError> {
+    pub(crate) fn set_key_switch(&mut self, key: KeySwitch) -> Result<(), OperateError> {
         let controller = self.context.config.controller;
         if key == KeySwitch::Internal && !controller.has_internal() {
             return Err(OperateError::NoInternal(controller.name()));
@@ -47,9 +47,42 @@ impl Robot {
         }
     }
 
+    /// The emergency stop is pressed, or not any more.
+    pub(crate) fn set_emergency_stop(&mut self, pressed: bool) {
+        self.set_alarm_cause(alarm::EMERGENCY_STOP, pressed);
+    }
+
+    /// The safety switch is open, or not any more.
+    pub(crate) fn set_safety_switch(&mut self, open: bool) {
+        self.set_alarm_cause(alarm::SAFETY_STOP, open);
+    }
+
+    /// The battery of the RAM drive is low, or not any more.
+    pub(crate) fn set_battery(&mut self, low: bool) {
+        self.set_alarm_cause(alarm::BATTERY, low);
+    }
+
+    pub(crate) fn set_machine_lock(&mut self, on: bool) {
+        self.panel.set_machine_lock(on);
+    }
+
+    /// The key that moves the arm is let go: it slows and rests.
+    pub(crate) fn stop_jog(&mut self) {
+        self.arm.stop_jog(self.context.now);
+    }
+
+    /// The button of servo power; it is refused as SO is.
+    pub(crate) fn set_servo(&mut self, on: bool) -> Result<(), OperateError> {
+        if on {
+            return self.servo_on();
+        }
+        self.servo_off(StopCause::Other);
+        Ok(())
+    }
+
     /// The speed override, from 1 to 100 percent; the motion under way goes on with it.
     pub(crate) fn set_override(&mut self, percent: u8) {
-        self.panel.set_override(percent);
+        self.panel.set_override(percent.clamp(1, 100));
         self.arm.set_speed_limits(self.context.now, self.pace());
     }
 
@@ -97,6 +130,16 @@ impl Robot {
             self.clear_channels();
         }
         self.run_program();
+        Ok(())
+    }
+
+    /// Runs one step of the program, whatever the operation mode.
+    pub(crate) fn step(&mut self) -> Result<(), OperateError> {
+        if self.executor.program_runs() {
+            return Err(OperateError::ProgramRuns);
+        }
+        self.start()?;
+        self.executor.stop_after_next_step();
         Ok(())
     }
 

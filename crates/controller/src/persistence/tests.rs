@@ -3,11 +3,12 @@
 use super::*;
 use crate::PersistError;
 use crate::action::{Action, ActionErrorKind};
+use crate::controls::PanelAction;
 use crate::drive::STAGED;
 use crate::input::Input;
 use crate::options::WhileSending;
 use crate::output::{Event, Output};
-use crate::panel::{ControlRight, PanelAction};
+use crate::panel::ControlRight;
 use crate::time::Time;
 use crate::{Config, Controller, Dialect};
 use alloc::collections::VecDeque;

@@ -15,14 +15,11 @@ use ts3100_controller::input::{By, JogMode};
 use ts3100_controller::panel::PanelState;
 use ts3100_controller::queries::VariableView;
 use ts3100_controller::signals::Signals;
-use ts3100_controller::{
-    Action, ActionError, ArmPose, Condition, ControlRight, Controller, IoKind, KeySwitch, PanelAction, Port,
-};
+use ts3100_controller::{Action, ActionError, ArmPose, Condition, Controller, IoKind, PanelAction, Port};
 use ts3100_driver::clock::TimeMode;
 use ts3100_driver::driver::request::{LinkAction, Request, View, WaitResult};
 use ts3100_driver::driver::wait::Wait;
 use ts3100_proto::command::Number;
-use ts3100_proto::command::RunMode;
 use ts3100_proto::name::VariableName;
 use ts3100_proto::status::ExecutionStatus;
 
@@ -190,7 +187,7 @@ impl Emulator {
     ///
     /// # Errors
     /// [`Error::Fault`] for a wrong specification, or as [`Emulator::act`].
-    pub fn arm(&self, spec: &str) -> Result<(), Error> {
+    pub fn arm_fault(&self, spec: &str) -> Result<(), Error> {
         let fault = Box::new(spec.parse::<Fault>()?);
         self.act(Action::Fault(FaultAction::Arm(fault)))
     }
@@ -221,10 +218,53 @@ impl Emulator {
     }
 }
 
-/// Methods that do one thing at the panel or to the controller.
+/// Makes the method of each row of the table of controls.
+macro_rules! methods_of_controls {
+    (
+        switches { $(
+            $(#[$doc:meta])*
+            $name:ident: $variant:ident($type:ty $(, $range:expr)?) = $path:literal {
+                form: $form:literal,
+                document: $document:ident { $field:ident: $state:ident },
+                act: $act:ident,
+                $($more:tt)*
+            }
+        )* }
+        buttons { $(
+            $(#[$press_doc:meta])*
+            $press_name:ident: $press:ident = $press_path:literal { $($press_more:tt)* }
+        )* }
+    ) => {
+        /// Switches and buttons: the table of controls.
+        impl Emulator {
+            $(
+                $(#[$doc])*
+                ///
+                /// # Errors
+                /// As [`Emulator::act`].
+                pub fn $act(&self, $field: $type) -> Result<(), Error> {
+                    self.act(Action::Panel(PanelAction::$variant($field)))
+                }
+            )*
+            $(
+                $(#[$press_doc])*
+                ///
+                /// # Errors
+                /// As [`Emulator::act`].
+                pub fn $press_name(&self) -> Result<(), Error> {
+                    self.act(Action::Panel(PanelAction::$press))
+                }
+            )*
+        }
+    };
+}
+
+ts3100_controller::controls!(methods_of_controls);
+
+/// Methods that do one thing to the controller, for what is no row of the table.
 macro_rules! actions {
     ($($(#[$doc:meta])* $name:ident($($argument:ident: $type:ty),*) => $action:expr;)*) => {
-        /// Switches, buttons, lines and files, in the words of `ts3100 ctl`.
+        /// Lines, files, positions, faults and power.
         impl Emulator {
             $(
                 $(#[$doc])*
@@ -240,53 +280,17 @@ macro_rules! actions {
 }
 
 actions! {
-    /// Presses the emergency stop.
-    press_emergency_stop() => Action::Panel(PanelAction::EmergencyStop(true));
-    /// Releases the emergency stop.
-    release_emergency_stop() => Action::Panel(PanelAction::EmergencyStop(false));
-    /// Opens the safety switch.
-    open_safety_switch() => Action::Panel(PanelAction::SafetySwitch(true));
-    /// Closes the safety switch.
-    close_safety_switch() => Action::Panel(PanelAction::SafetySwitch(false));
-    /// Turns the key switch.
-    turn_key_switch(position: KeySwitch) => Action::Panel(PanelAction::Key(position));
-    /// Sets who commands the robot in EXT.
-    set_control_right(holder: ControlRight) => Action::Panel(PanelAction::ControlRight(holder));
-    /// Turns servo power on or off.
-    set_servo(on: bool) => Action::Panel(PanelAction::Servo(on));
-    /// Turns feed hold on or off.
-    set_feed_hold(on: bool) => Action::FeedHold(on);
-    /// Presses the feed hold button, which turns feed hold on, or off if it is on.
-    press_feed_hold() => Action::Panel(PanelAction::FeedHold);
-    /// Turns machine lock on or off.
-    set_machine_lock(on: bool) => Action::Panel(PanelAction::MachineLock(on));
-    /// Makes the battery of the RAM drive low, or good again.
-    set_battery_low(low: bool) => Action::Panel(PanelAction::Battery(low));
-    /// Sets the speed override in percent: 1 to 100.
-    set_override(percent: u8) => Action::Panel(PanelAction::Override(percent));
-    /// Sets the operation mode; only while the robot is stopped.
-    set_run_mode(mode: RunMode) => Action::Panel(PanelAction::RunMode(mode));
-    /// Starts the selected program.
-    start_program() => Action::Panel(PanelAction::Start);
-    /// Stops the program.
-    stop_program() => Action::Panel(PanelAction::Stop);
-    /// Runs one step of the program, whatever the operation mode.
-    step_program() => Action::Step;
     /// Runs the program until it comes to the line, from 1.
     run_program_to(line: u32) => Action::RunTo(line);
     /// Sets the breakpoints of the selected file: lines from 1. An empty list ends them.
     set_breakpoints(lines: &[u32]) => Action::Breakpoints(lines.to_vec());
     /// Presses a key of the teach pendant that moves the arm; in TEACHING only. Axes count from 1.
-    press_jog_key(axis: u8, positive: bool, mode: JogMode) => Action::Panel(PanelAction::Jog { axis, positive, mode });
-    /// Lets the key go: the arm slows and rests.
-    release_jog_key() => Action::Panel(PanelAction::JogStop);
+    jog(axis: u8, positive: bool, mode: JogMode) => Action::Panel(PanelAction::Jog { axis, positive, mode });
     /// Types on the teach pendant; `\r` is the Enter key.
-    type_keys(keys: &str) => Action::Panel(PanelAction::Keys(keys.to_owned()));
+    press_keys(keys: &str) => Action::Panel(PanelAction::Keys(keys.to_owned()));
     /// Raises an alarm by its number, such as `2-046`, with a detail after its text.
     raise_alarm(number: &str, detail: &str) =>
         Action::RaiseAlarm { number: number.to_owned(), detail: detail.to_owned() };
-    /// Presses ALARM RESET.
-    reset_alarms() => Action::Panel(PanelAction::AlarmReset);
     /// Drives an input line.
     set_input(line: u16, on: bool) => Action::Panel(PanelAction::InputLine { line, on });
     /// Sets a user output, as IW does.
@@ -300,7 +304,7 @@ actions! {
     /// Erases a file, as ER does.
     erase_file(name: &str) => Action::EraseFile { name: name.to_ascii_uppercase() };
     /// Selects a file, as SL does.
-    select(name: &str) => Action::Select { name: name.to_ascii_uppercase() };
+    select_file(name: &str) => Action::Select { name: name.to_ascii_uppercase() };
     /// Turns the power off; every connection is closed.
     power_off() => Action::PowerOff;
     /// Turns the power on.
@@ -314,9 +318,9 @@ actions! {
     /// Releases a forced line.
     release(side: IoKind, line: u16) => Action::Release { side, line };
     /// Sets a position to the present one of the arm. With `restore` also in the file.
-    teach(name: &str, restore: bool) => Action::Teach { name: name.to_owned(), restore };
+    teach_position(name: &str, restore: bool) => Action::Teach { name: name.to_owned(), restore };
     /// Disarms a fault by its number.
-    disarm(id: u32) => Action::Fault(FaultAction::Disarm(id));
+    disarm_fault(id: u32) => Action::Fault(FaultAction::Disarm(id));
     /// Removes all faults.
     clear_faults() => Action::Fault(FaultAction::Clear);
 }

@@ -86,6 +86,7 @@ codes! {
     }
     /// The word in lower case, as the status file has it (SU-04).
     fn as_str -> &'static str;
+    impl Word;
 }
 
 impl RunMode {

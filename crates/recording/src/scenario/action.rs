@@ -3,12 +3,12 @@
 
 use ts3100_controller::alarm::AlarmCode;
 use ts3100_controller::signals::{LINE_NUMBERS, Signals};
-use ts3100_controller::{ACTION_FORMS, Action, ActionParseError, Input, PanelAction, Port};
+use ts3100_controller::{Action, ActionParseError, Input, PanelAction, Port, action_forms};
 use ts3100_driver::seat::PlannedAction;
 use ts3100_proto::escape::{self, EscapeError};
 use ts3100_proto::words::{UnexpectedWord, Word as _, did_you_mean_or};
 
-/// Every form of an action beside those of [`ts3100_controller::ACTION_FORMS`].
+/// Every form of an action beside those of [`ts3100_controller::action_forms`].
 pub const CHANNEL_ACTIONS: [&str; 2] = ["channel CHANNEL inject TEXT", "channel PORT drop"];
 
 /// Words that are no action.
@@ -107,7 +107,7 @@ fn channel_action(words: &str) -> Result<PlannedAction, ScenarioActionError> {
 /// The error for words that no action begins like.
 fn unknown(words: &str) -> ScenarioActionError {
     let first = |words: &'static str| words.split(' ').next().unwrap_or_default();
-    let forms = ACTION_FORMS.iter().chain(&CHANNEL_ACTIONS).copied().map(first);
+    let forms = action_forms().chain(CHANNEL_ACTIONS).map(first);
     let page = "; docs/reference/scenarios.md lists every action";
     let hint = did_you_mean_or(words.split(' ').next().unwrap_or_default(), forms, page);
     let words = words.to_owned();

@@ -10,7 +10,7 @@ use std::sync::atomic::{AtomicU32, Ordering};
 use std::sync::{Arc, Mutex};
 use std::time::Duration;
 use ts3100_controller::port::Port;
-use ts3100_controller::{ACTION_FORMS, Config, Controller, Dialect, Input, Time};
+use ts3100_controller::{Config, Controller, Dialect, Input, Time, action_forms};
 use ts3100_driver::seat::{Notice, Seat, Side, Subscriber};
 
 fn read(text: &str) -> Result<Scenario, String> {
@@ -129,7 +129,7 @@ fn what_is_wrong_is_said_with_its_line() {
 
 #[test]
 fn every_form_of_an_action_is_one() {
-    for form in ACTION_FORMS.iter().chain(&CHANNEL_ACTIONS) {
+    for form in action_forms().chain(CHANNEL_ACTIONS) {
         let examples = [
             ("teaching|internal|ext", "ext"),
             ("sig|rs232c|ether", "sig"),
@@ -171,7 +171,7 @@ fn every_form_of_an_action_is_one() {
 fn every_action_is_documented() {
     let page = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../docs/reference/scenarios.md");
     let page = std::fs::read_to_string(page).unwrap();
-    for form in ACTION_FORMS.iter().chain(&CHANNEL_ACTIONS) {
+    for form in action_forms().chain(CHANNEL_ACTIONS) {
         let form = form.replace('|', "\\|");
         assert!(page.contains(&format!("`{form}`")), "{form} is missing");
     }
@@ -528,7 +528,7 @@ struct FeedHolds(Arc<AtomicU32>);
 
 impl Subscriber for FeedHolds {
     fn input(&mut self, _at: Time, input: &Input, _by: Side) {
-        let pressed = *input == Input::by_hand(ts3100_controller::PanelAction::FeedHold);
+        let pressed = *input == Input::by_hand(ts3100_controller::PanelAction::PressFeedHold);
         self.0.fetch_add(u32::from(pressed), Ordering::Relaxed);
     }
 }

@@ -2,8 +2,8 @@
 //!
 //! The panel handles it like a press of the button by hand.
 
+use crate::controls::PanelAction;
 use crate::faults::kind::{DELAY, Effect, FaultKind, MACHINE, millis};
-use crate::panel::PanelAction;
 
 /// The row of this kind in [`super::KINDS`].
 pub const KIND: FaultKind = FaultKind {

@@ -2,8 +2,9 @@
 //!
 //! The panel handles it like a turn of the key by hand.
 
+use crate::controls::PanelAction;
 use crate::faults::kind::{Effect, FaultKind, MACHINE, millis, word};
-use crate::panel::{KeySwitch, PanelAction};
+use crate::panel::KeySwitch;
 use ts3100_proto::words::Word;
 
 /// The row of this kind in [`super::KINDS`].

@@ -2,8 +2,8 @@
 //!
 //! The panel handles it like a power cycle by hand.
 
+use crate::controls::PanelAction;
 use crate::faults::kind::{DELAY, Effect, FaultKind, MACHINE, ScheduledAction};
-use crate::panel::PanelAction;
 
 /// The row of this kind in [`super::KINDS`].
 pub const KIND: FaultKind = FaultKind {

@@ -3,11 +3,12 @@
 //! Each command becomes one HTTP call in [`super::call`].
 
 use super::target::TargetArgs;
+use crate::cli::controls::{AlarmButtons, ButtonCommand, JogButtons, ProgramButtons, SwitchCommand};
 use crate::config::args::word;
 use clap::{ArgAction, Args, Subcommand};
 use std::path::PathBuf;
 use std::time::Duration;
-use ts3100_controller::{CONDITION_FORMS, ControlRight, KeySwitch};
+use ts3100_controller::CONDITION_FORMS;
 use ts3100_recording::transcript::TranscriptFile;
 
 /// The methods of calls.
@@ -48,56 +49,8 @@ pub enum Command {
         #[arg(value_parser = word::<bool>())]
         state: Option<bool>,
     },
-    /// Show or turn the key switch
-    KeySwitch {
-        #[arg(value_parser = word::<KeySwitch>())]
-        position: Option<KeySwitch>,
-    },
-    /// Show or set who commands the robot in EXT
-    ControlRight {
-        #[arg(value_parser = word::<ControlRight>())]
-        holder: Option<ControlRight>,
-    },
-    /// Show, press or release the emergency stop
-    EmergencyStop {
-        #[arg(value_parser = ["press", "release"])]
-        action: Option<String>,
-    },
-    /// Show, open or close the safety switch (the fence)
-    SafetySwitch {
-        #[arg(value_parser = ["open", "close"])]
-        action: Option<String>,
-    },
-    /// Show servo power, or turn it on or off
-    Servo {
-        #[arg(value_parser = word::<bool>())]
-        state: Option<bool>,
-    },
-    /// Show or set feed hold; `press` is the button, which toggles it
-    FeedHold {
-        #[arg(value_parser = ["on", "off", "press"])]
-        state: Option<String>,
-    },
-    /// Show machine lock, or turn it on or off
-    MachineLock {
-        #[arg(value_parser = word::<bool>())]
-        state: Option<bool>,
-    },
-    /// Show or set the battery of the RAM drive
-    Battery {
-        #[arg(value_parser = ["low", "ok"])]
-        state: Option<String>,
-    },
-    /// Show or set the speed override in percent
-    Override {
-        #[arg(value_parser = clap::value_parser!(u8).range(1..=100))]
-        percent: Option<u8>,
-    },
-    /// Show or set the operation mode
-    RunMode {
-        #[arg(value_parser = ["continuous", "cycle", "step", "segment"])]
-        mode: Option<String>,
-    },
+    #[command(flatten)]
+    Switch(SwitchCommand),
     /// Show, start, stop or step the selected program, or run it to a line
     Program {
         #[command(subcommand)]
@@ -253,12 +206,8 @@ pub enum PendantCommand {
 
 #[derive(Debug, Subcommand)]
 pub enum ProgramCommand {
-    /// Press START
-    Start,
-    /// Press STOP
-    Stop,
-    /// Run one step
-    Step,
+    #[command(flatten)]
+    Button(ButtonCommand<ProgramButtons>),
     /// Run to a line and stop before it
     RunTo {
         #[arg(value_parser = clap::value_parser!(u32).range(1..))]
@@ -272,8 +221,8 @@ pub enum JogCommand {
     Plus(JogKey),
     /// Towards smaller values, until `ctl jog stop`
     Minus(JogKey),
-    /// Let the key go
-    Stop,
+    #[command(flatten)]
+    Button(ButtonCommand<JogButtons>),
 }
 
 #[derive(Debug, Args)]
@@ -300,8 +249,8 @@ pub enum AlarmsCommand {
         /// Detail to append to the text of the alarm
         detail: Option<String>,
     },
-    /// Press ALARM RESET
-    Reset,
+    #[command(flatten)]
+    Button(ButtonCommand<AlarmButtons>),
     /// Show all alarms, or one, with cause and remedy
     Table { number: Option<String> },
 }

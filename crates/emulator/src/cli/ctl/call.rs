@@ -8,6 +8,7 @@ use super::args::{
     JogCommand, LineArgs, LineCommand, METHODS, PendantCommand, ProgramCommand, SnapshotCommand, WaitArgs,
     WaitLimits,
 };
+use crate::cli::controls::{self, ButtonCommand, SwitchCommand};
 use crate::cli::input;
 use anyhow::{Context as _, anyhow};
 use serde_json::{Value, json};
@@ -15,13 +16,14 @@ use std::path::Path;
 use std::time::Duration;
 use ts3100_control::{DEFAULT_WALL, MAX_WALL};
 use ts3100_controller::Condition;
+use ts3100_controller::controls::{BUTTONS, Button};
 use ts3100_controller::faults::Fault;
 use ts3100_controller::limits;
 use ts3100_controller::time::parse_duration;
 use ts3100_driver::pc_file;
 use ts3100_proto::escape::{Escaped, hex_byte, hex_digits};
 use ts3100_proto::text::EOF;
-use ts3100_proto::words::{UnexpectedWord, Word};
+use ts3100_proto::words::UnexpectedWord;
 use ts3100_recording::faults::fault_json;
 use ts3100_recording::transcript::{Format, TranscriptFile};
 use ts3100_recording::uri::percent_encoded;
@@ -66,21 +68,21 @@ fn delete(path: impl Into<String>) -> Call {
     call("DELETE", path, None)
 }
 
-/// A setting: shown, or changed.
-fn setting(path: &str, key: &str, value: Option<impl Into<Value>>) -> Call {
-    value.map_or_else(|| get(path), |value| put(path, json!({ key: value.into() })))
+/// A switch that is shown or set, or a button of its name.
+fn switch(SwitchCommand { switch, word }: &SwitchCommand) -> Result<Call, UnexpectedWord> {
+    let Some(word) = word else {
+        return Ok(get(switch.path));
+    };
+    let form = format!("{} {word}", switch.name());
+    let button = BUTTONS.iter().find(|button| button.form == form);
+    Ok(match button {
+        Some(button) => press(button),
+        None => put(switch.path, controls::body(switch, word)?),
+    })
 }
 
-/// A switch with words of its own: `on` is the word for true.
-fn named_switch(path: &str, key: &str, on: &str, word: &Option<String>) -> Call {
-    setting(path, key, word.as_ref().map(|word| word == on))
-}
-
-fn feed_hold(state: Option<&str>) -> Call {
-    match state {
-        Some("press") => post("/feed-hold/press", json!({})),
-        state => setting("/feed-hold", "on", state.and_then(bool::from_word)),
-    }
+fn press(button: &Button) -> Call {
+    post(button.path, json!({}))
 }
 
 /// Something shown, or one of the actions on it.
@@ -90,9 +92,7 @@ fn button(path: &str, action: Option<&String>) -> Call {
 
 fn program(action: &ProgramCommand) -> Call {
     match action {
-        ProgramCommand::Start => post("/program/start", json!({})),
-        ProgramCommand::Stop => post("/program/stop", json!({})),
-        ProgramCommand::Step => post("/program/step", json!({})),
+        ProgramCommand::Button(ButtonCommand(button, _)) => press(button),
         ProgramCommand::RunTo { line } => post("/program/run-to", json!({"line": line})),
     }
 }
@@ -108,7 +108,7 @@ fn jog(key: &JogCommand) -> Call {
     let (direction, key) = match key {
         JogCommand::Plus(key) => ("plus", key),
         JogCommand::Minus(key) => ("minus", key),
-        JogCommand::Stop => return post("/jog/stop", json!({})),
+        JogCommand::Button(ButtonCommand(button, _)) => return press(button),
     };
     let body = json!({
         "axis": key.axis,
@@ -174,16 +174,7 @@ impl Call {
             Command::State => get("/state"),
             Command::Robots => get("/robots"),
             Command::Wire { outside, state } => wire(outside.as_deref(), state.unwrap_or_default()),
-            Command::KeySwitch { position } => setting("/key-switch", "position", position.map(Word::word)),
-            Command::ControlRight { holder } => setting("/control-right", "holder", holder.map(Word::word)),
-            Command::EmergencyStop { action } => named_switch("/emergency-stop", "pressed", "press", action),
-            Command::SafetySwitch { action } => named_switch("/safety-switch", "open", "open", action),
-            Command::Servo { state } => setting("/servo", "on", *state),
-            Command::FeedHold { state } => feed_hold(state.as_deref()),
-            Command::MachineLock { state } => setting("/machine-lock", "on", *state),
-            Command::Battery { state } => named_switch("/battery", "low", "low", state),
-            Command::Override { percent } => setting("/override", "percent", *percent),
-            Command::RunMode { mode } => setting("/run-mode", "mode", mode.as_deref()),
+            Command::Switch(command) => switch(command)?,
             Command::Program { action: None } => get("/program"),
             Command::Program { action: Some(action) } => program(action),
             Command::Breakpoints { lines, none } => breakpoints(lines, *none),
@@ -272,7 +263,7 @@ fn alarms(action: Option<&AlarmsCommand>) -> Call {
             let detail = detail.as_deref().unwrap_or_default();
             post("/alarms", json!({"number": number, "detail": detail}))
         }
-        Some(AlarmsCommand::Reset) => post("/alarms/reset", json!({})),
+        Some(AlarmsCommand::Button(ButtonCommand(button, _))) => press(button),
         Some(AlarmsCommand::Table { number: None }) => get("/alarms/table"),
         Some(AlarmsCommand::Table { number: Some(number) }) => {
             get(format!("/alarms/table/{}", percent_encoded(number)))

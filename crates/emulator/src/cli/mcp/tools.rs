@@ -1,9 +1,11 @@
 //! The tools of an assistant, one row each: what it is told about them, and the calls they make.
 
 use super::Robot;
+use crate::cli::controls;
 use serde_json::{Value, json};
 use std::time::Duration;
 use ts3100_controller::Condition;
+use ts3100_controller::controls::{BUTTONS, SWITCHES, Switch};
 use ts3100_controller::findings::Rule;
 use ts3100_proto::words::did_you_mean;
 use ts3100_recording::uri::percent_encoded;
@@ -55,6 +57,8 @@ pub(super) struct Argument {
     kind: &'static str,
     is_required: bool,
     about: &'static str,
+    /// The end of `about`, where a table has it.
+    more: Option<fn() -> String>,
 }
 
 /// A tool.
@@ -71,6 +75,7 @@ const fn required(name: &'static str, kind: &'static str, about: &'static str) -
         kind,
         is_required: true,
         about,
+        more: None,
     }
 }
 
@@ -161,18 +166,13 @@ pub(super) const TOOLS: &[Tool] = &[
     },
     Tool {
         name: "panel",
-        about: "Set a switch of the panel",
+        about: "Set a switch of the panel, or press a button",
         arguments: &[
-            required(
-                "control",
-                TEXT,
-                "servo, emergency-stop, feed-hold, safety-switch, key-switch, control-right, run-mode, override or reset-alarms",
-            ),
-            optional(
-                "value",
-                TEXT,
-                "on or off for servo, emergency-stop, feed-hold; open or closed; teaching, internal or ext; sig, rs232c or ether; cycle, continuous, step, segment; 1 to 100",
-            ),
+            Argument {
+                more: Some(controls_and_values),
+                ..required("control", TEXT, "Its name; each with its values: ")
+            },
+            optional("value", TEXT, "A value; for a button its second word"),
         ],
         run: panel,
     },
@@ -241,7 +241,9 @@ impl Tool {
     /// Description of the tool for `tools/list`.
     pub(super) fn description(&self) -> Value {
         let properties = self.arguments.iter().map(|argument| {
-            let schema = json!({ "type": argument.kind, "description": argument.about });
+            let more = argument.more.map(|more| more()).unwrap_or_default();
+            let about = format!("{}{more}", argument.about);
+            let schema = json!({ "type": argument.kind, "description": about });
             (argument.name.to_owned(), schema)
         });
         let required = self.arguments.iter().filter(|argument| argument.is_required);
@@ -331,46 +333,27 @@ fn run_program(robot: &Robot<'_>, arguments: &Value) -> Result<Value, ToolError>
 
 fn panel(robot: &Robot<'_>, arguments: &Value) -> Result<Value, ToolError> {
     let (control, value) = (text(arguments, "control"), text(arguments, "value"));
-    if control == RESET_ALARMS {
-        return robot.call("POST", "/alarms/reset", Some(json!({})));
+    let form = format!("{control} {value}");
+    let form = form.trim_end();
+    if let Some(button) = BUTTONS.iter().find(|button| button.form == form) {
+        return robot.call("POST", button.path, Some(json!({})));
     }
-    let Some((_, key, setting)) = SETTINGS.iter().find(|(name, ..)| *name == control) else {
-        let known = SETTINGS.iter().map(|(name, ..)| *name).chain([RESET_ALARMS]);
-        let hint = did_you_mean(control, known);
-        return Err(wrong("control", format!("`{control}` is none{hint}")));
+    let Some(switch) = SWITCHES.iter().find(|switch| switch.name() == control) else {
+        let known = BUTTONS.iter().map(|button| button.form);
+        let known = known.chain(SWITCHES.iter().map(Switch::name));
+        let hint = did_you_mean(form, known);
+        return Err(wrong("control", format!("there is no control `{form}`{hint}")));
     };
-    let set = match setting {
-        Setting::Switch(on, off) if [*on, *off].contains(&value) => json!(value == *on),
-        Setting::Switch(on, off) => {
-            return Err(wrong("value", format!("`{value}` is neither {on} nor {off}")));
-        }
-        Setting::Word => json!(value),
-        Setting::Number => json!(value.parse::<u8>().unwrap_or_default()),
-    };
-    robot.call("PUT", &format!("/{control}"), Some(json!({ *key: set })))
+    let body = controls::body(switch, value).map_err(|error| wrong("value", error.to_string()))?;
+    robot.call("PUT", switch.path, Some(body))
 }
 
-/// Value of a switch of the panel.
-enum Setting {
-    /// The words for true and false.
-    Switch(&'static str, &'static str),
-    Word,
-    Number,
+/// The controls with their values, for the description of the tool.
+fn controls_and_values() -> String {
+    let switches = SWITCHES.iter().map(|switch| switch.form);
+    let buttons = BUTTONS.iter().map(|button| button.form);
+    switches.chain(buttons).collect::<Vec<_>>().join(", ")
 }
-
-/// The switches of the panel with the key of each in the body of its call.
-const SETTINGS: [(&str, &str, Setting); 8] = [
-    ("servo", "on", Setting::Switch("on", "off")),
-    ("emergency-stop", "pressed", Setting::Switch("on", "off")),
-    ("feed-hold", "on", Setting::Switch("on", "off")),
-    ("safety-switch", "open", Setting::Switch("open", "closed")),
-    ("key-switch", "position", Setting::Word),
-    ("control-right", "holder", Setting::Word),
-    ("run-mode", "mode", Setting::Word),
-    ("override", "percent", Setting::Number),
-];
-/// The button among them.
-const RESET_ALARMS: &str = "reset-alarms";
 
 fn explain(rule: &str) -> Result<Value, ToolError> {
     let Some(found) = Rule::by_id(rule) else {

@@ -2,7 +2,7 @@
 
 use super::{DRAFT, described};
 use serde_json::{Map, Value, json};
-use ts3100_controller::{ACTION_FORMS, CONDITION_FORMS};
+use ts3100_controller::{CONDITION_FORMS, action_forms};
 use ts3100_recording::scenario::CHANNEL_ACTIONS;
 pub use ts3100_recording::scenario::keys::{Key, KeyValue, TABLES, Table};
 
@@ -22,7 +22,7 @@ pub fn schema() -> Value {
 fn definitions() -> Value {
     let conditions = CONDITION_FORMS.iter().map(|row| row.form);
     let examples: Vec<&str> = CONDITION_FORMS.iter().map(|row| row.example).collect();
-    let actions = ACTION_FORMS.iter().chain(&CHANNEL_ACTIONS).copied();
+    let actions = action_forms().chain(CHANNEL_ACTIONS);
     json!({
         "condition": {
             "type": "string",
