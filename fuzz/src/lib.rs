@@ -204,7 +204,7 @@ impl Robot {
             }),
             16 => self.feed(Input::by_hand(PanelAction::Start)),
             17 => self.feed(Input::by_hand(PanelAction::Stop)),
-            18 => self.feed(Input::by_hand(PanelAction::FeedHold)),
+            18 => self.feed(Input::by_hand(PanelAction::PressFeedHold)),
             19 => {
                 let line = choices.word() % 300;
                 self.feed(Input::by_hand(PanelAction::InputLine { line, on }));

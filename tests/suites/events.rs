@@ -56,10 +56,10 @@ fn each_request_to_stop_is_one_event_whether_a_program_runs_or_not() {
 // clause: T1 L18 L25
 #[test]
 fn what_is_no_request_to_stop_is_no_event() {
-    use PanelAction::{FeedHold, InputLine, Key, RunMode, Servo};
+    use PanelAction::{InputLine, Key, PressFeedHold, RunMode, Servo};
     let panel = [
         Servo(false),
-        FeedHold,
+        PressFeedHold,
         Key(KeySwitch::Teaching),
         InputLine { line: 261, on: true },
         RunMode(ts3100_proto::command::RunMode::Step),

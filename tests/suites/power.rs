@@ -27,7 +27,7 @@ fn without_power_no_button_acts_and_each_is_a_finding() {
     let buttons = [
         PanelAction::Servo(true),
         PanelAction::Start,
-        PanelAction::FeedHold,
+        PanelAction::PressFeedHold,
         PanelAction::AlarmReset,
     ];
     for (pressed, button) in (1..).zip(buttons) {

@@ -153,7 +153,7 @@ fn act(robot: &mut Robot, what: &str) {
         "host" => robot.command(Port::Ip0, rest),
         "start" => robot.panel(PanelAction::Start),
         "stop" => robot.panel(PanelAction::Stop),
-        "hold" => robot.panel(PanelAction::FeedHold),
+        "hold" => robot.panel(PanelAction::PressFeedHold),
         other => panic!("{other} is no directive"),
     }
 }

@@ -161,7 +161,7 @@ fn operator(robot: &mut Robot, rng: &mut Rng) {
         6 => PanelAction::Servo(rng.next(3) > 0),
         7 => PanelAction::Start,
         8 => PanelAction::Stop,
-        9 => PanelAction::FeedHold,
+        9 => PanelAction::PressFeedHold,
         10 => PanelAction::MachineLock(rng.next(2) == 0),
         _ => PanelAction::InputLine {
             line: [1, 249, 255, 257, 261][rng.next(5)],

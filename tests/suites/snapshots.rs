@@ -373,8 +373,8 @@ fn live(controller: Controller) {
         robot.advance(Duration::from_millis(300));
     }
     for panel in [
-        PanelAction::FeedHold,
-        PanelAction::FeedHold,
+        PanelAction::PressFeedHold,
+        PanelAction::PressFeedHold,
         PanelAction::EmergencyStop(true),
         PanelAction::PowerCycle,
     ] {

@@ -121,7 +121,7 @@ macro_rules! controls {
                 }
                 /// Set the speed override
                 ///
-                /// The motion under way goes on with it. The command `EC,OVRD` does the same.
+                /// The motion under way continues with it. The command `EC,OVRD` does the same.
                 override: Override(u8, 1..=100) = "/override" {
                     form: "override PERCENT",
                     document: Override { percent: override_percent },

@@ -98,10 +98,10 @@ fn an_assistant_writes_checks_and_runs_a_program_and_learns_what_a_host_did_wron
 
     let (said, is_error) = assistant.tool("panel", &json!({"control": "servo", "value": "closed"}));
     assert!(
-        is_error && said.contains("`closed` is neither on nor off"),
+        is_error && said.contains("expected on or off, found `closed`"),
         "{said}"
     );
-    let (said, is_error) = assistant.tool("panel", &json!({"control": "emergency-stop", "value": "on"}));
+    let (said, is_error) = assistant.tool("panel", &json!({"control": "emergency-stop", "value": "press"}));
     assert!(!is_error, "{said}");
     let (said, is_error) = assistant.tool("run_program", &json!({}));
     assert!(is_error && said.contains("emergency stop"), "{said}");

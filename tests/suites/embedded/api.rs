@@ -79,7 +79,7 @@ fn everything_that_can_be_done_at_the_panel_is_done_when_the_call_returns() {
         PanelAction::Servo(true),
         PanelAction::Start,
         PanelAction::Stop,
-        PanelAction::FeedHold,
+        PanelAction::PressFeedHold,
         PanelAction::MachineLock(true),
         PanelAction::Battery(true),
         PanelAction::Keys("12".to_owned()),

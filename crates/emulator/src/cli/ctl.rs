@@ -7,6 +7,8 @@ mod args;
 pub(super) mod call;
 mod show;
 pub(super) mod target;
+#[cfg(test)]
+mod tests;
 
 pub use args::CtlArgs;
 

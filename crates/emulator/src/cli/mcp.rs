@@ -3,6 +3,8 @@
 //! The protocol is JSON-RPC 2.0, one message or batch a line, and of it a few methods, so no library
 //! is needed. The tools are in [`tools`], each a few calls of the control interface.
 
+#[cfg(test)]
+pub(super) mod tests;
 mod tools;
 
 use super::ctl::call::Call;
@@ -47,37 +49,44 @@ pub(super) struct McpArgs {
     target: TargetArgs,
 }
 
+/// What makes a call of the control interface: method, path, body.
+type MakeCall<'a> = dyn Fn(&'static str, &str, Option<Value>) -> Result<Value, ToolError> + 'a;
+
 /// The control interface of the robot.
-pub(super) struct Robot<'a>(&'a TargetArgs);
+pub(super) struct Robot<'a>(&'a MakeCall<'a>);
 
 impl Robot<'_> {
-    /// The answer to a call. The emulator is looked for each time: it may have been started again meanwhile.
     fn call(&self, method: &'static str, path: &str, body: Option<Value>) -> Result<Value, ToolError> {
-        let unreachable = |error: &dyn std::fmt::Display| ToolError::Unreachable(error.to_string());
-        let Robot(target) = self;
-        let url = target.url().map_err(|error| unreachable(&error))?;
-        let call = Call {
-            method,
-            path: path.to_owned(),
-            body,
-        };
-        let call = call.of_robot(target.robot());
-        let body = call.body.as_ref().map(ToString::to_string);
-        let client = target.client(&url, tools::LONGEST_CALL);
-        let answer = client.and_then(|client| client.call(call.method, &call.path, body.as_deref()));
-        let (status, text) =
-            answer.map_err(|error| unreachable(&format_args!("{error}{}", advice(&error))))?;
-        match status {
-            400.. => Err(ToolError::Refused(words_of_refusal(&text))),
-            _ => Ok(serde_json::from_str(&text).unwrap_or(Value::String(text))),
-        }
+        (self.0)(method, path, body)
+    }
+}
+
+/// The answer to a call. The emulator is looked for each time: it may have been started again meanwhile.
+fn call_emulator(
+    target: &TargetArgs,
+    method: &'static str,
+    path: &str,
+    body: Option<Value>,
+) -> Result<Value, ToolError> {
+    let unreachable = |error: &dyn std::fmt::Display| ToolError::Unreachable(error.to_string());
+    let url = target.url().map_err(|error| unreachable(&error))?;
+    let path = path.to_owned();
+    let call = Call { method, path, body }.of_robot(target.robot());
+    let body = call.body.as_ref().map(ToString::to_string);
+    let client = target.client(&url, tools::LONGEST_CALL);
+    let answer = client.and_then(|client| client.call(call.method, &call.path, body.as_deref()));
+    let (status, text) = answer.map_err(|error| unreachable(&format_args!("{error}{}", advice(&error))))?;
+    match status {
+        400.. => Err(ToolError::Refused(words_of_refusal(&text))),
+        _ => Ok(serde_json::from_str(&text).unwrap_or(Value::String(text))),
     }
 }
 
 /// Serves until stdin ends.
 pub(super) fn run(args: &McpArgs) -> anyhow::Result<u8> {
     let mut input = io::stdin().lock();
-    let robot = Robot(&args.target);
+    let make_call = |method, path: &str, body| call_emulator(&args.target, method, path, body);
+    let robot = Robot(&make_call);
     loop {
         let mut line = Vec::new();
         // One byte more shows that it is too long.
