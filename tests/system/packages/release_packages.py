@@ -290,7 +290,7 @@ def workflows(tools):
     files = sorted(glob.glob(os.path.join(ROOT, ".github", "workflows", "*.yml")))
     code, said = ran(program, *files)
     true("actionlint has no word about %d workflows" % len(files), code == 0, said)
-    scripts = [*glob.glob(os.path.join(ROOT, "packaging", "*.sh")), os.path.join(ROOT, ".ci", "run")]
+    scripts = [*glob.glob(os.path.join(ROOT, "packaging", "*.sh")), os.path.join(ROOT, "fuzz", "run")]
     code, said = ran("shellcheck", *scripts)
     true("shellcheck has none about %d scripts" % len(scripts), code == 0, said)
 
