@@ -49,7 +49,7 @@ def pages():
     """Every page, of the book and beside it."""
     found = sorted(glob.glob(os.path.join(ROOT, "docs", "**", "*.md"), recursive=True))
     assert len(found) > 50, "the book was not found"
-    beside = ["README.md", "CONTRIBUTING.md", "SECURITY.md", "CODE_OF_CONDUCT.md"]
+    beside = ["README.md", "CONTRIBUTING.md", "RELEASING.md", "SECURITY.md", "CODE_OF_CONDUCT.md"]
     return found + [os.path.join(ROOT, name) for name in beside]
 
 
