@@ -235,7 +235,7 @@ def test_raw_texts_are_sent_as_they_are(robot: Robot, connect: Connect) -> None:
 @pytest.mark.ts3100(time="real", faults=["late-reply:command=SO,delay=600", "no-reply:command=RS"], deny="none")
 def test_an_answer_after_its_time_limit_is_not_taken_for_the_next(robot: Robot, connect: Connect) -> None:
     host = connect(timeout=0.3)
-    with pytest.raises(NoReply, match="did not answer within 0.3 s"):
+    with pytest.raises(NoReply, match="did not send an answer to SO within 0.3 s"):
         host.servo_on()
     time.sleep(0.8)
     assert host.status().status is ExecutionStatus.STOP_RESET
@@ -265,7 +265,7 @@ def test_what_is_not_the_protocol_is_said(robot: Robot, connect: Connect) -> Non
 
 def test_a_closed_connection(robot: Robot, connect: Connect) -> None:
     host = connect()
-    robot.drop("IP0")
+    robot.drop_peer("IP0")
     with pytest.raises(Disconnected, match="closed the connection"):
         host.servo_on()
 
@@ -288,7 +288,7 @@ def test_a_connection_that_is_reset() -> None:
 
 
 def test_one_exchange_at_a_time(robot: Robot) -> None:
-    robot.arm("late-reply:command=SU,delay=200")
+    robot.arm_fault("late-reply:command=SU,delay=200")
     robot.time_mode = "real"
 
     async def both() -> None:
@@ -348,7 +348,7 @@ def test_a_serial_line(line: str, tmp_path: Path) -> None:
         async def job() -> None:
             async with await AsyncHost.open_serial(port) as host:
                 assert (await host.total_status()).servo_on
-                robot.arm("no-reply:command=SU")
+                robot.arm_fault("no-reply:command=SU")
                 with pytest.raises(asyncio.TimeoutError):
                     await asyncio.wait_for(host.status(), 0.3)
                 # The thread of the call that was given up still waits: what it receives is the answer to this one.

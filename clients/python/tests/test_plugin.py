@@ -108,7 +108,10 @@ def test_findings_of_the_end_of_a_host(user: pytest.Pytester) -> None:
             own_host.recv(200)
     """)
     result.assert_outcomes(passed=1, errors=1)
-    result.stdout.fnmatch_lines(["*ERROR at teardown*", "the robot found mistakes*", "  IP0 left-in-exchange*"])
+    # Also of the last test of a session: the robot ends after the report.
+    result.stdout.fnmatch_lines(["*ERROR at teardown*", "the robot found mistakes*", "  IP0 left-in-exchange*",
+                                 "*- ts3100 last exchange -*", "> IP0 SU<CR>", "*- ts3100 transcript -*"])
+    result.stdout.no_fnmatch_line("*cannot read more from the robot*")
 
 
 def test_every_test_has_a_fresh_robot(user: pytest.Pytester) -> None:
@@ -127,7 +130,7 @@ def test_every_test_has_a_fresh_robot(user: pytest.Pytester) -> None:
             assert robot.snapshots == []
             robot.files.load("pick.scol")
             robot.select("PICK")
-            robot.arm("ng:command=SU")
+            robot.arm_fault("ng:command=SU")
             robot.inputs.force(7, True)
             robot.override = 30
             robot.raise_alarm("8-014")
@@ -165,7 +168,7 @@ class TestNearest:
         @pytest.mark.parametrize("again", [1, 2])
         @pytest.mark.ts3100(model="tsl3000-thl400", options={"do.min_run": "1s"}, flags="--controller tsl3100")
         def test_own_process(robot, ts3100_server, again):
-            version = robot.call("GET", "/version")
+            version = robot.call("get_version")
             assert (version["model"], version["controller"]) == ("tsl3000-thl400", "TSL3100")
             assert robot.url != ts3100_server.url
             assert urls.setdefault("own", robot.url) == robot.url
@@ -255,7 +258,7 @@ def test_a_scenario_plays_for_each_test(user: pytest.Pytester) -> None:
     """)
     result.assert_outcomes(passed=3, errors=1)
     result.stdout.fnmatch_lines(["*ERROR at teardown of test_does_not_ask*", "the scenario failed:",
-                                 "  asks for the status after the stop: *"])
+                                 "  asks for the status after the stop: *", "*- ts3100 last exchange -*", "> IP0 RN<CR>"])
 
 
 def test_a_running_emulator(user: pytest.Pytester) -> None:

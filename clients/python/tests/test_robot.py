@@ -55,6 +55,64 @@ def test_settings_are_attributes(robot: Robot, name: str, before: Any, after: An
     assert getattr(robot, name) == after
 
 
+def test_any_operation_is_called_by_its_name(robot: Robot) -> None:
+    assert robot.call("put_input", {"line": 5, "on": True})["on"] and 5 in robot.inputs.on
+    assert robot.call("get_events", {"since": 1, "count": 1}).startswith("event:")
+    robot.files["PICK"] = PROGRAM
+    robot.select("PICK")
+    assert robot.call("get_variable", {"name": "TBL(2)"})["name"] == "TBL(2)"
+    for operation, arguments, message in (("get_inputt", {}, "unknown operation 'get_inputt'; did you mean 'get_input'?"),
+                                          ("get_input", {}, "get_input needs the argument 'line'"),
+                                          ("get_input", {"line": 5, "on": True}, "get_input has no argument 'on'")):
+        with pytest.raises(ValueError) as error:
+            robot.call(operation, arguments)
+        assert str(error.value) == message
+
+
+def test_a_wait_that_ends_in_vain_says_what_is_there_instead(pick: Robot) -> None:
+    pick.files["ASK"] = 'PROGRAM ASK\nPRINT IP1, "WHERE", CR\nDELAY 1\nPRINT IP1, "THERE", CR\nINPUT IP1, X\nEND\n'
+    pick.select("ASK")
+    stopped = "the clock is stepped and stopped at 0 s; ASK is running, line 3; alarms: none; outputs on: "
+    with pick.channel("ip1") as channel:
+        pick.start_program()
+        with pytest.raises(NotReached) as error:
+            pick.wait("printed WHERE", wall=0.1)
+        assert str(error.value).startswith(f"`printed WHERE` was not met within 0.1 s of wall-clock time: {stopped}")
+        assert str(error.value).endswith("; IP1 printed WHERE<CR>, the pendant nothing")
+        assert channel.wait_for_line("WHERE") == "WHERE"
+        with pytest.raises(NoReply) as late:
+            channel.wait_for_line("THERE", timeout=0.1)
+        assert str(late.value).startswith(f"IP1 printed no line with `THERE` within 0.1 s, but nothing: {stopped}")
+        pick.advance(1)
+        with pytest.raises(NoReply, match="IP1 printed no line with `EVER` within 0.1 s, but `THERE`: .* at 1 s;.* an INPUT waits for IP1"):
+            channel.wait_for_line("EVER", timeout=0.1)
+        with pick.host(timeout=0.1, pause=0) as host, pytest.raises(NoReply, match="did not send the SP of a stop within 0.1 s: the clock is"):
+            host.wait_for_stop()
+        pick.time_mode = "auto"
+        with pytest.raises(NotReached, match="`output 9 on` was not met within 2 s of virtual time: the clock runs .auto. and is at"):
+            pick.wait("output 9 on", within=2)
+
+
+def test_a_channel_reads_and_sends_lines(pick: Robot) -> None:
+    pick.time_mode = "auto"
+    pick.files["ASK"] = 'PROGRAM ASK\nPRINT IP2, "ONE", CR\nPRINT IP2, "TWO", CR\nINPUT IP2, X, Y\nPRINT IP2, X + Y, CR\nEND\n'
+    pick.select("ASK")
+    with pick.channel("ip2") as channel:
+        pick.start_program()
+        assert [channel.read_line(), channel.read_line()] == ["ONE", "TWO"]
+        channel.send_line("2.5,1")
+        assert channel.wait_for_line("3.5").strip() == "3.500"
+        pick.drop_peer("ip2")
+        with pytest.raises(Disconnected, match="the robot closed the connection to IP2"):
+            channel.read_line()
+    with Robot.start(flags=["--serial-com1-tcp=127.0.0.1:0", "--time=auto"], servo_on=True) as robot:
+        robot.files["ASK"] = 'PROGRAM ASK\nPRINT COM1, "ONE", CR\nEND\n'
+        robot.select("ASK")
+        with robot.channel("com1") as line:
+            robot.start_program()
+            assert line.read_line() == "ONE"
+
+
 def test_a_refused_call_says_why(robot: Robot) -> None:
     robot.emergency_stop = True
     with pytest.raises(Refused, match="cannot turn the servo on: the emergency stop is pressed") as refused:
@@ -144,14 +202,14 @@ def test_alarms_faults_and_findings(robot: Robot) -> None:
     assert (alarm.number, alarm.level, alarm.text) == ("2-046", 2, "Invalid channel: line 12") and alarm.remedy
     robot.reset_alarms()
     assert robot.alarms == [] and [alarm.number for alarm in robot.alarm_history] == ["2-046"]
-    fault = robot.arm("ng:command=SU")
+    fault = robot.arm_fault("ng:command=SU")
     assert (fault.kind, fault.armed, fault.fired) == ("ng", True, 0)
     with robot.host(pause=0) as host, pytest.raises(Refused):
         host.status()
     (fault,) = robot.faults
     assert (fault.fired, fault.at) == (1, (0.0,))
-    second = robot.arm("no-reply:command=SO")
-    robot.disarm(second.id)
+    second = robot.arm_fault("no-reply:command=SO")
+    robot.disarm_fault(second.id)
     assert [fault.armed for fault in robot.faults] == [False, False]
     robot.clear_faults()
     assert robot.faults == []
@@ -164,7 +222,7 @@ def test_alarms_faults_and_findings(robot: Robot) -> None:
 def test_channels_power_and_snapshots(robot: Robot) -> None:
     with Host.connect(robot.address(), pause=0) as host:
         host.servo_on()
-        assert robot.channel("ip0")["peer"]
+        assert robot.channel_state("ip0")["peer"]
         robot.take_snapshot("ready")
         robot.servo = False
         robot.restore_snapshot("ready")
@@ -213,7 +271,7 @@ def test_jogging_and_breakpoints(pick: Robot) -> None:
     before = pick.pose.joints[0]
     pick.jog(1, "plus", speed="fast")
     pick.advance(0.5)
-    pick.jog_stop()
+    pick.stop_jog()
     pick.advance(1)
     assert pick.pose.joints[0] > before + 1
 

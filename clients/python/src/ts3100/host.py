@@ -24,11 +24,21 @@ else:
 
 T = TypeVar("T")
 Address = Union[str, Tuple[str, int]]
+# What the message of a wait that took too long adds: the state of an emulator.
+Describe = Callable[[], str]
 
 DEFAULT_TIMEOUT = 5.0
 # The manual's pause between a text of the robot and the next one of the host.
 ADVISED_PAUSE = 0.050
 PIECE = 4096
+# Bytes of a command in a message.
+TEXT_SHOWN = 40
+STOP = "the SP of a stop"
+
+
+def nothing() -> str:
+    """The description of a robot that cannot be asked."""
+    return ""
 
 
 def _resolve(address: Address) -> Tuple[str, int]:
@@ -173,10 +183,13 @@ class Operations:
     jog = Operation(Protocol.jog)
     watchdog = Operation(Protocol.watchdog)
 
-    def __init__(self, timeout: float, pause: float, stx: bool, checksum: bool, total_split: bool) -> None:
+    def __init__(self, timeout: float, pause: float, stx: bool, checksum: bool, total_split: bool, describe: Describe) -> None:
         self.protocol = Protocol(stx, checksum, total_split)
         self.timeout = timeout
         self.pause = pause
+        self._describe = describe
+        # For the message of an answer that does not come.
+        self._expected = ""
         self._last = 0.0
         self._busy = threading.Lock()
 
@@ -204,9 +217,15 @@ class Operations:
         self._last = time.monotonic()
         self.protocol.feed(data)
 
-    @staticmethod
-    def _late(timeout: float) -> NoReply:
-        return NoReply(f"the robot did not answer within {timeout:g} s")
+    def _note_sent(self, data: bytes) -> None:
+        """Notes what the robot is expected to answer."""
+        self._last = time.monotonic()
+        if data.strip(b"\2\3") != b"OK\r":
+            self._expected = "an answer to " + data.strip(b"\2\3").partition(b"\r")[0][:TEXT_SHOWN].decode("latin-1")
+
+    def _late(self, timeout: float) -> NoReply:
+        described = self._describe()
+        return NoReply(f"the robot did not send {self._expected} within {timeout:g} s" + (f": {described}" if described else ""))
 
 
 class Host(Operations):
@@ -222,15 +241,16 @@ class Host(Operations):
     """
 
     def __init__(self, link: Link, *, timeout: float = DEFAULT_TIMEOUT, pause: float = ADVISED_PAUSE, stx: bool = True,
-                 checksum: bool = False, total_split: bool = False) -> None:
-        super().__init__(timeout, pause, stx, checksum, total_split)
+                 checksum: bool = False, total_split: bool = False, describe: Describe = nothing) -> None:
+        super().__init__(timeout, pause, stx, checksum, total_split, describe)
         self._link = link
 
     @classmethod
     def connect(cls, address: Address, *, timeout: float = DEFAULT_TIMEOUT, pause: float = ADVISED_PAUSE, stx: bool = True,
-                checksum: bool = False, total_split: bool = False) -> Self:
-        """Connects over TCP: IP0 of the robot, or a serial line served as bare TCP."""
-        return cls(TcpLink(address, timeout), timeout=timeout, pause=pause, stx=stx, checksum=checksum, total_split=total_split)
+                checksum: bool = False, total_split: bool = False, describe: Describe = nothing) -> Self:
+        """Connects over TCP: IP0 of the robot, or a serial line served as bare TCP. `describe` adds to the message of NoReply."""
+        return cls(TcpLink(address, timeout), timeout=timeout, pause=pause, stx=stx, checksum=checksum, total_split=total_split,
+                   describe=describe)
 
     @classmethod
     def open_serial(cls, port: str, *, baudrate: int = 9600, timeout: float = DEFAULT_TIMEOUT, pause: float = ADVISED_PAUSE,
@@ -252,7 +272,7 @@ class Host(Operations):
                     if data is not None:
                         time.sleep(self._rest())
                         self._link.send(data)
-                        self._last = time.monotonic()
+                        self._note_sent(data)
                         continue
                     try:
                         self._hear(self._link.receive(timeout))
@@ -274,6 +294,7 @@ class Host(Operations):
 
         The robot sends none on a connection that used an extension or texts without STX.
         """
+        self._expected = STOP
         self.run(self.protocol.wait_for_stop(), timeout)
 
     def close(self) -> None:
@@ -296,7 +317,7 @@ class AsyncHost(Operations):
 
     def __init__(self, link: Union[_StreamLink, _ThreadLink], *, timeout: float = DEFAULT_TIMEOUT, pause: float = ADVISED_PAUSE,
                  stx: bool = True, checksum: bool = False, total_split: bool = False) -> None:
-        super().__init__(timeout, pause, stx, checksum, total_split)
+        super().__init__(timeout, pause, stx, checksum, total_split, nothing)
         self._link = link
 
     @classmethod
@@ -328,7 +349,7 @@ class AsyncHost(Operations):
                     if data is not None:
                         await asyncio.sleep(self._rest())
                         await self._link.send(data)
-                        self._last = time.monotonic()
+                        self._note_sent(data)
                         continue
                     try:
                         self._hear(await self._link.receive(timeout))
@@ -353,6 +374,7 @@ class AsyncHost(Operations):
 
         The robot sends none on a connection that used an extension or texts without STX.
         """
+        self._expected = STOP
         await self.run(self.protocol.wait_for_stop(), timeout)
 
     async def close(self) -> None:

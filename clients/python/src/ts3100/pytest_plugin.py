@@ -76,6 +76,8 @@ class _Test:
         self.servers = servers
         self.wanted: Dict[str, Any] = {}
         self.robot: Optional[Robot] = None
+        # Findings and transcript of a robot that ends before the report is made.
+        self.record: Optional[Tuple[List[Finding], str]] = None
         self._blamed = 0
         for marker in item.iter_markers("ts3100"):
             if marker.args:
@@ -164,7 +166,7 @@ class Servers:
         worker = os.environ.get("PYTEST_XDIST_WORKER")
         if worker is None:
             return robot
-        names = [row["name"] for row in robot.call("GET", "/robots")["robots"]]
+        names = [row["name"] for row in robot.call("get_robots")["robots"]]
         robot.close()
         number = int(worker[2:])
         if number >= len(names):
@@ -179,11 +181,12 @@ class Servers:
 
 
 @pytest.fixture(scope="session")
-def _ts3100_servers(pytestconfig: pytest.Config, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Servers]:
+def _ts3100_servers(pytestconfig: pytest.Config, tmp_path_factory: pytest.TempPathFactory) -> Servers:
     """The processes of the session."""
     servers = Servers(pytestconfig, tmp_path_factory)
-    yield servers
-    servers.close()
+    # Later than the end of the fixture, which comes before the report of the last test's teardown: that report reads the robot.
+    pytestconfig.add_cleanup(servers.close)
+    return servers
 
 
 @pytest.fixture(scope="session")
@@ -241,7 +244,7 @@ def _prepare(test: _Test, robot: Robot) -> None:
     if "servo_on" in wanted:
         robot.servo = wanted["servo_on"]
     for fault in _listed(wanted.get("faults") or []):
-        robot.arm(fault)
+        robot.arm_fault(fault)
     for key in ("control_right", "key_switch"):
         if wanted.get(key):
             setattr(robot, key, wanted[key])
@@ -256,6 +259,8 @@ def _with_scenario(test: _Test, servers: Servers, flags: List[str]) -> Iterator[
         try:
             _prepare(test, robot)
             yield robot
+            # The robot ends before the report is made.
+            test.record = (robot.findings, robot.transcript())
             _check_findings(test, robot)
         finally:
             robot.close()
@@ -295,30 +300,31 @@ def pytest_runtest_makereport(item: pytest.Item, call: pytest.CallInfo[None]) ->
     test = item.stash.get(_TEST, None)
     if report.failed and test and test.robot:
         try:
-            _explain(report, test, test.robot)
+            findings, transcript = test.record or (test.robot.findings, test.robot.transcript())
+            report.sections += _sections(test, findings, transcript, str(report.when))
         except (Error, OSError) as error:
             report.sections.append(("ts3100", f"cannot read more from the robot: {error}"))
     return report
 
 
-def _explain(report: pytest.TestReport, test: _Test, robot: Robot) -> None:
-    findings = robot.findings
+def _sections(test: _Test, findings: List[Finding], transcript: str, when: str) -> List[Tuple[str, str]]:
+    """Findings, the last exchange and the transcript, as sections of a report."""
+    sections = []
     if findings:
         lines = [str(finding) for finding in findings[-FINDINGS_SHOWN:]]
         if len(findings) > len(lines):
             lines.insert(0, f"the last {len(lines)} of {len(findings)}:")
-        report.sections.append(("ts3100 findings", "\n".join(lines)))
-    transcript = robot.transcript()
+        sections.append(("ts3100 findings", "\n".join(lines)))
     exchange = last_exchange(transcript)
     if exchange:
-        report.sections.append(("ts3100 last exchange", exchange[-TEXT_SHOWN:]))
+        sections.append(("ts3100 last exchange", exchange[-TEXT_SHOWN:]))
     folder = _artifacts(test)
     name = re.sub(r"[^\w.-]+", "-", test.item.nodeid)[-LONGEST_NAME:].strip("-")
-    path = folder / f"{name}-{report.when}.txt"
+    path = folder / f"{name}-{when}.txt"
     folder.mkdir(parents=True, exist_ok=True)
     path.write_bytes(transcript.encode())
-    report.sections.append(("ts3100 transcript", str(path)))
     test.item.user_properties.append(("ts3100_transcript", str(path)))
+    return [*sections, ("ts3100 transcript", str(path))]
 
 
 def _artifacts(test: _Test) -> Path:

@@ -1,6 +1,6 @@
 """`Robot`: a running emulator, by its control interface; started here, or connected to.
 
-Every call is one HTTP request; what has no method of its own is reached by `Robot.call`. The interface is described in
+Every method is one operation of the interface; `Robot.call` reaches the others. The interface is described in
 docs/reference/control-interface.md of the project, and by the emulator itself at /docs.
 """
 
@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import atexit
 import contextlib
+import difflib
 import http.client
 import json
 import os
@@ -25,8 +26,12 @@ from typing import (TYPE_CHECKING, Any, Deque, Dict, Generic, Iterator, List, Ma
 from urllib.parse import quote, unquote, urlencode, urlsplit
 
 from .binary import find_binary
+from .channel import Channel
 from .errors import Disconnected, Error, NoReply, NotReached, ProtocolError, Refused, StartError
 from .host import Host
+from .operations import OPERATIONS, Alarm, Clock, Fault, Pose, Program, Reached, State
+from .operations import Channel as ChannelDocument
+from .operations import Finding as FindingFields
 
 if TYPE_CHECKING:
     from typing_extensions import Self
@@ -43,6 +48,8 @@ CALL_TIMEOUT = 10.0
 IDLE_LIMIT = 20.0
 # Defaults of `advance_until` and `wait`: virtual and wall-clock seconds.
 WITHIN, WALL = 60.0, 30.0
+# The HTTP status of a wait that took longer than `wall`.
+TOO_LONG = 408
 # The end of the emulator's log in a message.
 LOG_SHOWN = 4096
 # Ends an emulator whose test was killed: `read` ends with the pipe from there.
@@ -50,85 +57,15 @@ GUARD = ("/bin/sh", "-c", 'read -r _; kill "$0"')
 LOCAL_ADDRESSES = ("0.0.0.0", "::")
 
 
-@dataclass(frozen=True)
-class Program:
-    """The selected file, the execution status in words, and the line."""
+class Finding(FindingFields):
+    """A mistake of a host, or what a fault has caused; docs/reference/findings.md lists the rules.
 
-    file: str
-    status: str
-    line: int
-
-
-@dataclass(frozen=True)
-class Alarm:
-    """An alarm, with its cause and its remedy."""
-
-    number: str
-    level: int
-    text: str
-    cause: str
-    remedy: str
-    at: str = ""
-
-
-@dataclass(frozen=True)
-class Finding:
-    """A mistake of a host, or what a fault has caused; docs/reference/findings.md lists the rules."""
-
-    rule: str
-    severity: str
-    message: str
-    remedy: str
-    port: str = ""
-    text: str = ""
-    t: float = 0.0
-    caused_by: str = ""
-    """The fault that has caused it; empty if the host has. No test fails on what a fault has caused."""
+    No test fails on what a fault has caused: `caused_by` names it."""
 
     def __str__(self) -> str:
         text = f" Text: {self.text!r}." if self.text else ""
         advice = f"caused-by: {self.caused_by}" if self.caused_by else self.remedy
         return f"{self.port} {self.rule} ({self.severity}): {self.message}.{text} {advice}"
-
-
-@dataclass(frozen=True)
-class Fault:
-    """A fault and its outcome."""
-
-    id: int
-    kind: str
-    spec: str
-    armed: bool
-    seen: int
-    fired: int
-    at: Tuple[float, ...]
-
-
-@dataclass(frozen=True)
-class Clock:
-    """The virtual time in seconds and how it passes."""
-
-    mode: str
-    now: float
-    calendar: str
-
-
-@dataclass(frozen=True)
-class Reached:
-    """The virtual time at which a wait ended, and how much had passed."""
-
-    now: float
-    passed: float
-
-
-@dataclass(frozen=True)
-class Pose:
-    """Joints in degrees (a SCARA's third in mm), and the tool point in the world in mm and degrees."""
-
-    joints: Tuple[float, ...]
-    world: Tuple[float, ...]
-    moving: bool
-    percent: float
 
 
 @dataclass(frozen=True)
@@ -153,10 +90,10 @@ def _record(kind: Type[T], document: Mapping[str, Any]) -> T:
 
 
 class _Setting(Generic[T]):
-    """One value that GET reads and PUT sets."""
+    """A value that `get_NAME` reads and `put_NAME` sets."""
 
-    def __init__(self, path: str, key: str) -> None:
-        self._path, self._key = path, key
+    def __init__(self, name: str, key: str) -> None:
+        self._name, self._key = name, key
 
     @overload
     def __get__(self, robot: None, owner: object) -> Self: ...
@@ -165,40 +102,40 @@ class _Setting(Generic[T]):
     def __get__(self, robot: Robot, owner: object) -> T: ...
 
     def __get__(self, robot: Optional[Robot], owner: object) -> Union[Self, T]:
-        return self if robot is None else cast(T, robot.call("GET", self._path)[self._key])
+        return self if robot is None else cast(T, robot.call(f"get_{self._name}")[self._key])
 
     def __set__(self, robot: Robot, value: T) -> None:
-        robot.call("PUT", self._path, {self._key: value})
+        robot.call(f"put_{self._name}", {self._key: value})
 
 
 class Lines:
     """Input or output lines: `robot.inputs[5] = True`."""
 
-    def __init__(self, robot: Robot, path: str) -> None:
-        self._robot, self._path = robot, path
+    def __init__(self, robot: Robot, kind: str) -> None:
+        self._robot, self._kind = robot, kind
 
     def __getitem__(self, line: int) -> bool:
-        return bool(self._robot.call("GET", f"{self._path}/{line}")["on"])
+        return bool(self._robot.call(f"get_{self._kind}", {"line": line})["on"])
 
     def __setitem__(self, line: int, on: bool) -> None:
-        self._robot.call("PUT", f"{self._path}/{line}", {"on": on})
+        self._robot.call(f"put_{self._kind}", {"line": line, "on": on})
 
     @property
     def on(self) -> List[int]:
         """The numbers of the lines that are on."""
-        return list(self._robot.call("GET", self._path)["on"])
+        return list(self._robot.call(f"get_{self._kind}s")["on"])
 
     def pulse(self, line: int, seconds: float, on: bool = True) -> None:
         """Sets a line and sets it back after this much virtual time."""
-        self._robot.call("POST", f"{self._path}/{line}/pulse", {"seconds": seconds, "on": on})
+        self._robot.call(f"pulse_{self._kind}", {"line": line, "seconds": seconds, "on": on})
 
     def force(self, line: int, on: bool) -> None:
         """The line shows this state, whatever drives it, until `release`."""
-        self._robot.call("PUT", f"{self._path}/{line}/force", {"on": on})
+        self._robot.call(f"force_{self._kind}", {"line": line, "on": on})
 
     def release(self, line: int) -> None:
         """Ends forcing."""
-        self._robot.call("DELETE", f"{self._path}/{line}/force")
+        self._robot.call(f"release_{self._kind}", {"line": line})
 
 
 class Variables:
@@ -208,26 +145,26 @@ class Variables:
     array is the list of its elements from subscript 0; `robot.variables["TBL(2)"]` is a single one.
     """
 
-    def __init__(self, robot: Robot, path: str) -> None:
-        self._robot, self._path = robot, path
+    def __init__(self, robot: Robot, kind: str) -> None:
+        self._robot, self._kind = robot, kind
 
     def __getitem__(self, name: str) -> Any:
-        return self._value(self._robot.call("GET", f"{self._path}/{quote(name, safe='')}"))
+        return self._value(self._robot.call(f"get_{self._kind}", {"name": name}))
 
     def __setitem__(self, name: str, value: Any) -> None:
         self.set(name, value)
 
     def set(self, name: str, value: Any, restore: bool = False) -> None:
         """Sets a variable; with `restore` also in its file."""
-        self._robot.call("PUT", f"{self._path}/{quote(name, safe='')}", {"value": value, "restore": restore})
+        self._robot.call(f"put_{self._kind}", {"name": name, "value": value, "restore": restore})
 
     def teach(self, name: str, restore: bool = False) -> None:
         """A position becomes the present one."""
-        self._robot.call("POST", f"/positions/{quote(name, safe='')}/teach", {"restore": restore})
+        self._robot.call("teach_position", {"name": name, "restore": restore})
 
     def all(self) -> Dict[str, Any]:
         """All of them by their names."""
-        return {row["name"]: self._value(row) for row in self._robot.call("GET", self._path)}
+        return {row["name"]: self._value(row) for row in self._robot.call(f"get_{self._kind}s")}
 
     @staticmethod
     def _value(row: Mapping[str, Any]) -> Any:
@@ -248,21 +185,21 @@ class Files(MutableMapping[str, str]):
 
     def __setitem__(self, name: str, content: Union[str, bytes]) -> None:
         data = content.encode("latin-1") if isinstance(content, str) else content
-        self._robot.call("PUT", self._path(name), {"hex": data.hex()})
+        self._robot.call("put_file", {"name": name, "hex": data.hex()})
 
     def __delitem__(self, name: str) -> None:
-        self._robot.call("DELETE", self._path(name))
+        self._robot.call("delete_file", {"name": name})
 
     def __iter__(self) -> Iterator[str]:
-        return iter([row["name"] for row in self._robot.call("GET", "/files")["files"]])
+        return iter([row["name"] for row in self._robot.call("get_files")["files"]])
 
     def __len__(self) -> int:
-        return len(self._robot.call("GET", "/files")["files"])
+        return len(self._robot.call("get_files")["files"])
 
     def read(self, name: str) -> bytes:
         """The bytes of a file."""
         try:
-            document = self._robot.call("GET", self._path(name))
+            document = self._robot.call("get_file", {"name": name})
         except Refused as error:
             if error.status == 404:
                 raise KeyError(name) from error
@@ -278,10 +215,6 @@ class Files(MutableMapping[str, str]):
         self[name] = content.rstrip(b"\x1a").replace(b"\r\n", b"\n").decode("latin-1")
         return name
 
-    @staticmethod
-    def _path(name: str) -> str:
-        return f"/files/{quote(name, safe='')}"
-
 
 class Robot:
     """A robot of a running emulator.
@@ -293,18 +226,18 @@ class Robot:
     Settings are attributes: `robot.emergency_stop = True`. A refused call raises `Refused` with the reason.
     """
 
-    key_switch = _Setting[str]("/key-switch", "position")
-    control_right = _Setting[str]("/control-right", "holder")
-    emergency_stop = _Setting[bool]("/emergency-stop", "pressed")
-    safety_switch_open = _Setting[bool]("/safety-switch", "open")
-    servo = _Setting[bool]("/servo", "on")
-    feed_hold = _Setting[bool]("/feed-hold", "on")
-    machine_lock = _Setting[bool]("/machine-lock", "on")
-    battery_low = _Setting[bool]("/battery", "low")
-    override = _Setting[int]("/override", "percent")
-    run_mode = _Setting[str]("/run-mode", "mode")
-    time_mode = _Setting[str]("/clock", "mode")
-    breakpoints = _Setting[List[int]]("/breakpoints", "lines")
+    key_switch = _Setting[str]("key_switch", "position")
+    control_right = _Setting[str]("control_right", "holder")
+    emergency_stop = _Setting[bool]("emergency_stop", "pressed")
+    safety_switch_open = _Setting[bool]("safety_switch", "open")
+    servo = _Setting[bool]("servo", "on")
+    feed_hold = _Setting[bool]("feed_hold", "on")
+    machine_lock = _Setting[bool]("machine_lock", "on")
+    battery_low = _Setting[bool]("battery", "low")
+    override = _Setting[int]("override", "percent")
+    run_mode = _Setting[str]("run_mode", "mode")
+    time_mode = _Setting[str]("clock", "mode")
+    breakpoints = _Setting[List[int]]("breakpoints", "lines")
 
     def __init__(self, url: str, *, token: Optional[str] = None, robot: Optional[str] = None,
                  process: Optional[_Process] = None) -> None:
@@ -327,10 +260,12 @@ class Robot:
             self._hang_up()
             raise
         self.name: str = row["name"]
-        self._addresses = {name: self._address(text) for name, text in row["ports"].items()}
-        self.ports = {name: port for name, (_, port) in self._addresses.items()}
-        self.inputs, self.outputs = Lines(self, "/inputs"), Lines(self, "/outputs")
-        self.variables, self.positions = Variables(self, "/variables"), Variables(self, "/positions")
+        # A serial line has an address if it is served as bare TCP.
+        lines = {name: text.split("://")[-1] for name, text in row.get("serial", {}).items() if text.startswith("socket:")}
+        self._addresses = {name: self._address(text) for name, text in {**lines, **row["ports"]}.items()}
+        self.ports = {name: self._addresses[name][1] for name in row["ports"]}
+        self.inputs, self.outputs = Lines(self, "input"), Lines(self, "output")
+        self.variables, self.positions = Variables(self, "variable"), Variables(self, "position")
         self.files = Files(self)
 
     # Starting, connecting, ending
@@ -400,7 +335,7 @@ class Robot:
         self.close()
 
     def _row(self, robot: Optional[str]) -> Mapping[str, Any]:
-        rows = self.call("GET", "/robots")["robots"]
+        rows = self.call("get_robots")["robots"]
         for row in rows:
             if robot in (None, row["name"]):
                 # Of several robots, paths name one.
@@ -414,19 +349,27 @@ class Robot:
         return self._authority[0] if host in LOCAL_ADDRESSES else host, int(port)
 
     def address(self, port: str = "ip0") -> Tuple[str, int]:
-        """Host and port number of ip0 to ip3."""
+        """Host and port number of ip0 to ip3, and of a serial line that is served as bare TCP."""
         return self._addresses[port.lower()]
 
     def host(self, *, timeout: float = 5.0, pause: float = 0.05, stx: bool = True) -> Host:
         """A host that is connected to IP0."""
-        return Host.connect(self.address(), timeout=timeout, pause=pause, stx=stx)
+        return Host.connect(self.address(), timeout=timeout, pause=pause, stx=stx, describe=self.describe)
+
+    def channel(self, port: str = "ip1", *, timeout: float = 5.0) -> Channel:
+        """A peer that is connected to IP1 or IP2, or to COM1 where it is served as bare TCP."""
+        return Channel.connect(self.address(port), timeout=timeout, name=port.upper(), describe=self.describe)
 
     # Calls
 
-    def call(self, method: str, path: str, body: object = None, *, timeout: float = CALL_TIMEOUT) -> Any:
-        """Makes any call of the control interface. Returns the JSON document of the answer, or its text or bytes."""
-        data = None if body is None else json.dumps(body).encode()
-        status, kind, answer = self._exchange(method, self._prefix + path, data, timeout)
+    def call(self, operation: str, arguments: Optional[Mapping[str, object]] = None, *, timeout: float = CALL_TIMEOUT) -> Any:
+        """Makes a call of the control interface, by its operation in the OpenAPI document: `call("put_input", {"line": 5, "on": True})`.
+
+        The arguments are the parameters of the path and the query, and the fields of the body. Returns the JSON document of the
+        answer, or its text or bytes.
+        """
+        method, path, body = _request(operation, arguments or {})
+        status, kind, answer = self._exchange(method, self._prefix + path, body, timeout)
         if status >= 400:
             raise self._refused(method, path, status, kind, answer)
         if kind.startswith("application/json"):
@@ -480,9 +423,24 @@ class Robot:
     # Panel
 
     @property
-    def state(self) -> Dict[str, Any]:
-        """Everything at one moment, as the document of GET /state."""
-        return cast(Dict[str, Any], self.call("GET", "/state"))
+    def state(self) -> State:
+        """Everything at one moment."""
+        return cast(State, self.call("get_state"))
+
+    def describe(self) -> str:
+        """Clock, program, alarms, outputs and the last printed lines in a sentence, for the message of a test that fails."""
+        state = self.state
+        clock = "is stepped and stopped at" if state["time_mode"] == "stepped" else f"runs ({state['time_mode']}) and is at"
+        task = next((task for task in state["tasks"] if task.get("reads")), None)
+        reads = f", an INPUT waits for {task['reads']}" if task else ""
+        program = f"{state['file']} is {state['status']}, line {state['line']}{reads}" if state["file"] else "no file is selected"
+        alarms = " ".join(alarm["number"] for alarm in state["alarms"]) or "none"
+        outputs = " ".join(str(line) for line in state["outputs"]["on"]) or "none"
+        last = {match[1]: match[2] for match in re.finditer(r"^<:? (COM1|IP1|IP2) (.*)", self.transcript(), re.MULTILINE)}
+        printed = "".join(f"{port} printed {text}, " for port, text in last.items())
+        pendant = (state["pendant"].split() and state["pendant"].splitlines()[-1].strip()) or "nothing"
+        return (f"the clock {clock} {state['t']:g} s; {program}; alarms: {alarms}; outputs on: {outputs}; "
+                f"{printed}the pendant {'printed ' * (not printed)}{pendant}")
 
     @property
     def status(self) -> str:
@@ -491,173 +449,177 @@ class Robot:
 
     def press_feed_hold(self) -> None:
         """Presses the button, which turns feed hold on or off."""
-        self.call("POST", "/feed-hold/press")
+        self.call("press_feed_hold")
 
     def power_off(self) -> None:
         """Turns the power off: every port is closed."""
-        self.call("POST", "/power/off")
+        self.call("power_off")
 
     def power_on(self) -> None:
         """Turns the power on."""
-        self.call("POST", "/power/on")
+        self.call("power_on")
 
     def power_cycle(self) -> None:
         """Turns the power off and on."""
-        self.call("POST", "/power/cycle")
+        self.call("power_cycle")
 
     def reset(self, *, time: Optional[str] = None) -> None:
         """Everything is as when the emulator was started; connections are closed. Ports stay, and the mode of the clock unless
         `time` is another one."""
-        self.call("POST", "/reset", {"mode": time} if time else None)
+        self.call("reset_emulator", {"mode": time} if time else None)
 
     def jog(self, axis: int, direction: str, *, coordinates: str = "joint", speed: str = "slow", inching: bool = False) -> None:
-        """Presses a key of the teach pendant that moves the arm, `plus` or `minus`, until `jog_stop` or for one step."""
-        self.call("POST", "/jog", {"axis": axis, "direction": direction, "coordinates": coordinates, "speed": speed,
-                                   "inching": inching})
+        """Presses a key of the teach pendant that moves the arm, `plus` or `minus`, until `stop_jog` or for one step."""
+        self.call("jog_arm", {"axis": axis, "direction": direction, "coordinates": coordinates, "speed": speed, "inching": inching})
 
-    def jog_stop(self) -> None:
+    def stop_jog(self) -> None:
         """Lets the key go."""
-        self.call("POST", "/jog/stop")
+        self.call("stop_jog")
 
     @property
     def pose(self) -> Pose:
         """Where the arm is."""
-        return _record(Pose, self.call("GET", "/arm/pose"))
+        return _record(Pose, self.call("get_pose"))
 
     # Program
 
     @property
     def program(self) -> Program:
         """The selected program."""
-        return _record(Program, self.call("GET", "/program"))
+        return _record(Program, self.call("get_program"))
 
     def select(self, name: str) -> None:
         """Selects a file of the RAM drive."""
-        self.call("POST", f"/files/{quote(name, safe='')}/select")
+        self.call("select_file", {"name": name})
 
     def start_program(self) -> None:
         """Presses START."""
-        self.call("POST", "/program/start")
+        self.call("start_program")
 
     def stop_program(self) -> None:
         """Presses STOP."""
-        self.call("POST", "/program/stop")
+        self.call("stop_program")
 
     def step_program(self) -> None:
         """Runs one step."""
-        self.call("POST", "/program/step")
+        self.call("step_program")
 
     def run_to(self, line: int) -> None:
         """Runs the program and stops before this line."""
-        self.call("POST", "/program/run-to", {"line": line})
+        self.call("run_program_to", {"line": line})
 
     @property
     def pendant(self) -> str:
         """What programs have printed on the teach pendant."""
-        return str(self.call("GET", "/pendant")["text"])
+        return str(self.call("get_pendant")["text"])
 
     def type_keys(self, keys: str) -> None:
         """Types at the teach pendant, for INPUT without a channel; `\\r` is the key that ends a value."""
-        self.call("POST", "/pendant/keys", {"keys": keys})
+        self.call("press_keys", {"keys": keys})
 
     # Alarms and faults
 
     @property
     def alarms(self) -> List[Alarm]:
         """The active alarms, oldest first."""
-        return [_record(Alarm, row) for row in self.call("GET", "/alarms")["active"]]
+        return [_record(Alarm, row) for row in self.call("get_alarms")["active"]]
 
     @property
     def alarm_history(self) -> List[Alarm]:
         """The error history, newest first."""
-        return [_record(Alarm, row) for row in self.call("GET", "/alarms")["history"]]
+        return [_record(Alarm, row) for row in self.call("get_alarms")["history"]]
 
     def raise_alarm(self, number: str, detail: str = "") -> None:
         """Raises an alarm, such as `2-046`."""
-        self.call("POST", "/alarms", {"number": number, **({"detail": detail} if detail else {})})
+        self.call("raise_alarm", {"number": number, **({"detail": detail} if detail else {})})
 
     def reset_alarms(self) -> None:
         """Presses ALARM RESET."""
-        self.call("POST", "/alarms/reset")
+        self.call("reset_alarms")
 
     @property
     def faults(self) -> List[Fault]:
         """The faults since the start, and their outcome."""
-        return [_record(Fault, row) for row in self.call("GET", "/faults")["faults"]]
+        return [_record(Fault, row) for row in self.call("get_faults")["faults"]]
 
-    def arm(self, spec: str) -> Fault:
+    def arm_fault(self, spec: str) -> Fault:
         """Arms a fault, such as `no-reply:command=SU`."""
-        rows = self.call("POST", "/faults", {"spec": spec})["faults"]
+        rows = self.call("arm_fault", {"spec": spec})["faults"]
         return _record(Fault, max(rows, key=lambda row: row["armed"] and row["id"]))
 
-    def disarm(self, fault: int) -> None:
+    def disarm_fault(self, fault: int) -> None:
         """Disarms a fault by its number; it stays in the list."""
-        self.call("DELETE", f"/faults/{fault}")
+        self.call("disarm_fault", {"number": fault})
 
     def clear_faults(self) -> None:
         """Removes all faults."""
-        self.call("DELETE", "/faults")
+        self.call("clear_faults")
 
     # Ports
 
-    def channel(self, port: str) -> Dict[str, Any]:
+    def channel_state(self, port: str) -> ChannelDocument:
         """A communication port (HOST, COM1, IP0 to IP3): its peer, its exchange, its buffer."""
-        return cast(Dict[str, Any], self.call("GET", f"/channels/{port.upper()}"))
+        return cast(ChannelDocument, self.call("get_channel", {"port": port.upper()}))
 
     def inject(self, port: str, data: Union[str, bytes]) -> None:
         """Bytes as if the peer of a SCOL channel had sent them."""
         body = {"hex": data.hex()} if isinstance(data, bytes) else {"text": data}
-        self.call("POST", f"/channels/{port.upper()}/inject", body)
+        self.call("inject_bytes", {"port": port.upper(), **body})
 
-    def drop(self, port: str) -> None:
+    def drop_peer(self, port: str) -> None:
         """Closes the connection of the peer."""
-        self.call("POST", f"/channels/{port.upper()}/drop")
+        self.call("drop_peer", {"port": port.upper()})
 
     # Time
 
     @property
     def clock(self) -> Clock:
         """The virtual time, and how it passes."""
-        return _record(Clock, self.call("GET", "/clock"))
+        return _record(Clock, self.call("get_clock"))
 
     def advance(self, seconds: float, *, wall: float = WALL) -> None:
         """Advances a stopped clock (`time_mode` stepped) by so many seconds; `wall` bounds the real time it takes."""
-        self.call("POST", "/clock/advance", {"seconds": seconds, "wall": wall}, timeout=wall + CALL_TIMEOUT)
+        self.call("advance_time", {"seconds": seconds, "wall": wall}, timeout=wall + CALL_TIMEOUT)
 
     def advance_until(self, condition: Condition, within: float = WITHIN, *, wall: float = WALL) -> Reached:
         """Advances a stopped clock until a condition is met, such as `output 5 on`. Raises NotReached after `within` s."""
-        return self._await("/clock/advance-until", condition, within, wall)
+        return self._await("advance_time_until", condition, within, wall)
 
     def wait(self, condition: Condition, within: float = WITHIN, *, wall: float = WALL) -> Reached:
         """Waits for a condition while time passes by itself. Raises NotReached after `within` s of virtual time."""
-        return self._await("/wait", condition, within, wall)
+        return self._await("wait_until", condition, within, wall)
 
-    def _await(self, path: str, condition: Condition, within: float, wall: float) -> Reached:
-        body = {"condition": condition, "within": within, "wall": wall}
-        answer = self.call("POST", path, body, timeout=wall + CALL_TIMEOUT)
-        if not answer["reached"]:
-            raise NotReached(f"the condition `{condition}` was not met within {within:g} s of virtual time")
-        return _record(Reached, answer)
+    def _await(self, operation: str, condition: Condition, within: float, wall: float) -> Reached:
+        limit = f"{within:g} s of virtual time"
+        try:
+            answer = self.call(operation, {"condition": condition, "within": within, "wall": wall}, timeout=wall + CALL_TIMEOUT)
+            if answer["reached"]:
+                return _record(Reached, answer)
+        except Refused as error:
+            if error.status != TOO_LONG:
+                raise
+            limit = f"{wall:g} s of wall-clock time"
+        raise NotReached(f"`{condition}` was not met within {limit}: {self.describe()}")
 
     # Snapshots
 
     @property
     def snapshots(self) -> List[str]:
         """The names of the snapshots."""
-        return [row["name"] for row in self.call("GET", "/snapshots")["snapshots"]]
+        return [row["name"] for row in self.call("get_snapshots")["snapshots"]]
 
     def take_snapshot(self, name: str) -> None:
         """Keeps the present state under a name."""
-        self.call("PUT", f"/snapshots/{quote(name, safe='')}")
+        self.call("put_snapshot", {"name": name})
         self.taken.add(name)
 
     def restore_snapshot(self, name: str) -> None:
         """Returns to a snapshot; hosts stay connected, findings and transcript go on."""
-        self.call("POST", f"/snapshots/{quote(name, safe='')}/restore")
+        self.call("restore_snapshot", {"name": name})
 
     def delete_snapshot(self, name: str) -> None:
         """Deletes a snapshot."""
-        self.call("DELETE", f"/snapshots/{quote(name, safe='')}")
+        self.call("delete_snapshot", {"name": name})
         self.taken.discard(name)
 
     # Records
@@ -665,17 +627,17 @@ class Robot:
     @property
     def findings(self) -> List[Finding]:
         """The mistakes of hosts since the start or the last reset, oldest first."""
-        return [_record(Finding, row) for row in self.call("GET", "/findings")]
+        return [_record(Finding, row) for row in self.call("get_findings")]
 
     def transcript(self, format: str = "text") -> str:
         """What went over the ports, as `text` or `jsonl`."""
-        return str(self.call("GET", f"/transcript?format={format}"))
+        return str(self.call("get_transcript", {"format": format}))
 
     def events(self, since: Optional[int] = None, *, count: Optional[int] = None, timeout: float = CALL_TIMEOUT) -> Iterator[Event]:
         """The events as they happen; `since` 1 begins with the oldest kept. Raises NoReply after `timeout` s of silence."""
-        query = urlencode({name: value for name, value in (("since", since), ("count", count)) if value is not None})
+        given = {name: value for name, value in (("since", since), ("count", count)) if value is not None}
+        path = self._prefix + _request("get_events", given)[1]
         connection = http.client.HTTPConnection(*self._authority, timeout=timeout)
-        path = f"{self._prefix}/events" + (f"?{query}" if query else "")
         with self._closing_on_failure(connection, "GET /events", timeout):
             connection.request("GET", path, headers=self._headers)
             answer = connection.getresponse()
@@ -698,6 +660,27 @@ class Robot:
         finally:
             answer.close()
             connection.close()
+
+
+def _request(operation: str, arguments: Mapping[str, object]) -> Tuple[str, str, Optional[bytes]]:
+    """Method, path and body of an operation: the path and the query take their arguments, the body has the others."""
+    if operation not in OPERATIONS:
+        near = difflib.get_close_matches(operation, OPERATIONS, 1)
+        raise ValueError(f"unknown operation {operation!r}" + (f"; did you mean {near[0]!r}?" if near else ""))
+    method, _, template = OPERATIONS[operation].partition(" ")
+    place, _, query = template.partition("{?")
+    rest = dict(arguments)
+    try:
+        path = re.sub(r"\{(\w+)\}", lambda name: quote(str(rest.pop(name[1])), safe=""), place)
+    except KeyError as missing:
+        raise ValueError(f"{operation} needs the argument {missing}") from None
+    given = {name: rest.pop(name) for name in query[:-1].split(",") if name in rest}
+    path += "?" + urlencode(given) if given else ""
+    if method in ("PUT", "POST"):
+        return method, path, json.dumps(rest).encode()
+    if rest:
+        raise ValueError(f"{operation} has no argument {next(iter(rest))!r}")
+    return method, path, None
 
 
 def _word(value: object) -> str:
