@@ -3,41 +3,31 @@ import assert from "node:assert/strict";
 import { spawn } from "node:child_process";
 import { once } from "node:events";
 import { createServer } from "node:http";
-import { connect } from "node:net";
 import { after, afterEach, before, beforeEach, test } from "node:test";
 import { Robot, start } from "ts3100";
 
 process.env.TS3100_KEY_SWITCH = "teaching"; // has no effect
 
+const ASK = 'GLOBAL\nCOUNT = 3\nRATE = 0.5\nEND\nPROGRAM ASK\nPRINT IP1, "HOW FAR?", CR\nINPUT IP1, X\nPRINT IP1, "THAT IS", X, CR\nEND\n';
+
 let robot;
 before(async () => { robot = await start(); });
-beforeEach(() => robot.reset());
+beforeEach(() => robot.reset("real"));
 afterEach(() => robot.checkFindings({ allow: ["refused-by-state"] }));
 after(() => robot.stop());
 
-/** Your host program: here it sends commands, 50 ms after each answer, and returns the answers. */
-async function host(...commands) {
-  const socket = connect(robot.ports.ip0, robot.address);
-  const answers = [];
-  try {
-    for (const command of commands) {
-      socket.write(`\x02${command}\r\x03`);
-      answers.push(await new Promise((done, fail) => socket.once("data", done).once("error", fail)));
-      await new Promise((done) => setTimeout(done, 51));
-    }
-  } finally {
-    await new Promise((done) => socket.end(done));
-  }
-  return answers.map((answer) => answer.toString().replace(/[\x02\x03\r]/g, ""));
-}
-
 test("the robot places a part", async () => {
-  await robot.setTime("stepped");
-  await robot.putFile("PICK", "PROGRAM PICK\nWAIT DIN(1)\nDELAY 2\nDOUT(5)\nEND\n");
-  assert.deepEqual(await host("SO", "SL,PICK", "RN"), ["OK", "OK", "OK"]);
+  await robot.setTimeMode("stepped");
+  const host = await robot.host();
+  await host.servoOn();
+  await host.download("PICK", "PROGRAM PICK\nWAIT DIN(1)\nDELAY 2\nDOUT(5)\nEND\n");
+  await host.select("PICK");
+  await host.start();
   await robot.setInput(1, true);
-  assert.ok(await robot.advanceUntil("output 5 on", 10));
-  assert.ok((await robot.now()) >= 2);
+  const { now } = await robot.advanceUntil("output 5 on", 10);
+  assert.ok(now >= 2);
+  assert.deepEqual((await host.totalStatus()).outputs.filter((line) => line < 200), [5]);
+  await host.close();
 });
 
 test("the next test finds a fresh robot", async () => {
@@ -47,20 +37,119 @@ test("the next test finds a fresh robot", async () => {
 });
 
 test("the emergency stop refuses a start", async () => {
-  await robot.pressEmergencyStop();
-  assert.deepEqual(await host("SO"), ["NG"]);
+  await robot.setEmergencyStop(true);
+  const host = await robot.host();
+  await assert.rejects(host.servoOn(), { name: "Refused", command: "SO" });
+  await host.close();
   await assert.rejects(robot.setServo(true), { name: "ControlError", status: 409, message: "cannot turn the servo on: the emergency stop is pressed" });
 });
 
 test("a wrong host is named", async () => {
-  await host("XX");
+  const host = await robot.host();
+  await assert.rejects(host.command("XX"), { name: "Refused" });
   await assert.rejects(robot.checkFindings(), (error) => {
     assert.equal(error.name, "FindingsError");
     assert.match(error.message, /IP0: unknown command "XX" \(unknown-command, error\)\. Begin a message/);
     assert.match(error.message, /> IP0 XX<CR>\n {2}< IP0 NG<CR>/);
     return true;
   });
+  await host.close();
   await robot.reset();
+});
+
+test("files, variables and status of a host", async () => {
+  const host = await robot.host();
+  const long = "' A remark that makes the file long.\n".repeat(20) + ASK;
+  await host.download("ASK", long);
+  assert.equal(await host.upload("ASK"), long);
+  assert.equal((await host.directory()).ASK, long.length);
+  assert.match(await host.version(), /^TS3100/);
+  await host.select("ASK");
+  await host.setOverride(40);
+  await host.writeVariable("COUNT", 12);
+  await host.writeVariable("RATE", 0.25);
+  assert.deepEqual([await host.readVariable("COUNT"), await host.readVariable("RATE")], [[12], [0.25]]);
+  const { file, override, operationMode, status } = await host.status();
+  assert.deepEqual([file, override, operationMode, status], ["ASK", 40, "cycle", "stop (reset)"]);
+  await host.setOutputs({ 3: true, 4: false });
+  await robot.setInput(201, true);
+  await robot.raiseAlarm("1-200");
+  const total = await host.totalStatus();
+  assert.deepEqual([total.isScara, total.alarms, total.inputs, total.outputs.includes(3)], [false, ["1-200"], [201], true]);
+  assert.deepEqual(total.world.map(Math.fround), (await robot.state()).arm.world.map(Math.fround));
+  host.stx = false;
+  assert.equal((await host.status()).file, "ASK");
+  await host.close();
+  const scara = await start({ args: ["--model", "tsl3000-thl400", "--servo-on"] }), other = await scara.host();
+  const { isScara, servoOn, joints } = await other.totalStatus();
+  assert.deepEqual([isScara, servoOn, joints.length, (await other.status()).status], [true, true, 6, "stop (reset)"]);
+  await other.close();
+  await scara.stop();
+});
+
+test("an answer that comes too late is not that of the next command", async () => {
+  const host = await robot.host({ timeout: 0.2 });
+  await robot.armFault("late-reply:command=SU,delay=400");
+  await assert.rejects(host.status(), { name: "NoReply", message: /^the robot did not send an answer to SU within 0.2 s: the clock runs / });
+  await new Promise((done) => setTimeout(done, 300));
+  assert.match(await host.version(), /^TS3100/);
+  await host.close();
+  await robot.reset();
+});
+
+test("a wait that ends in vain says what is there instead", async () => {
+  await robot.reset("stepped");
+  await robot.setServo(true);
+  await robot.putFile("ASK", ASK);
+  await robot.select("ASK");
+  const channel = await robot.channel("ip1", { timeout: 0.1 });
+  await robot.startProgram();
+  const stopped = "the clock is stepped and stopped at 0 s; ASK is running, line 7, an INPUT waits for IP1; alarms: none; outputs on: ";
+  await assert.rejects(robot.advanceUntil("output 9 on", 0), ({ name, message }) => name === "NotReached" && message.startsWith(
+    `\`output 9 on\` was not met within 0 s of virtual time: ${stopped}`) && message.endsWith("; IP1 printed HOW FAR?<CR>, the pendant nothing"));
+  await assert.rejects(channel.waitForLine("EVER"), ({ name, message }) => name === "NoReply"
+    && message.startsWith(`IP1 printed no line with \`EVER\` within 0.1 s, but \`HOW FAR?\`: ${stopped}`));
+  await channel.sendLine("2.5");
+  assert.equal(await channel.waitForLine("THAT IS"), "THAT IS       2.500");
+  await robot.dropPeer("ip1");
+  await assert.rejects(channel.readLine(), { name: "Disconnected" });
+  await channel.close();
+  await robot.reset("real");
+});
+
+test("a wait that takes too long in wall-clock time", async () => {
+  const busy = createServer((call, answer) => {
+    const documents = { "/wait": [408, { error: "too long" }], "/state": [200, { time_mode: "stepped", t: 1, file: "", tasks: [], alarms: [], outputs: { on: [] }, pendant: "" }] };
+    const [status, document] = documents[call.url] || [200, ""];
+    answer.writeHead(status, { "content-type": "application/json" }).end(JSON.stringify(document));
+  }).listen(0, "127.0.0.1");
+  await once(busy, "listening");
+  await assert.rejects(new Robot(`http://127.0.0.1:${busy.address().port}`).wait("idle"), { name: "NotReached", message: "`idle` was not met within 30 s "
+    + "of wall-clock time: the clock is stepped and stopped at 1 s; no file is selected; alarms: none; outputs on: none; the pendant printed nothing" });
+  busy.close();
+});
+
+test("any operation is called by its name", async () => {
+  assert.equal((await robot.call("put_input", { line: 5, on: true })).on, true);
+  assert.match(await robot.call("get_events", { since: 1, count: 1 }), /^event:/);
+  await assert.rejects(robot.call("get_inputt"), { message: "unknown operation get_inputt" });
+  await assert.rejects(robot.call("get_input"), { message: "get_input needs the argument line" });
+  await assert.rejects(robot.call("get_input", { line: 5, on: true }), { message: "get_input has no argument on" });
+});
+
+test("one of several robots, and COM1 as bare TCP", async () => {
+  const cell = await start({ args: ["--robots", "2", "--serial-com1-tcp", "127.0.0.1:0"] });
+  const [one, two] = ["robot-1", "robot-2"].map((name) => new Robot(`${cell.controlUrl}/robots/${name}`));
+  assert.notEqual((await one.address()).port, (await two.address()).port);
+  await two.setServo(true);
+  await two.putFile("ASK", ASK.replaceAll("IP1", "COM1"));
+  await two.select("ASK");
+  const channel = await two.channel("com1");
+  await two.startProgram();
+  assert.equal(await channel.readLine(), "HOW FAR?");
+  assert.equal(await one.status(), "stop (reset)");
+  await channel.close();
+  await cell.stop();
 });
 
 test("variables, alarms, snapshots, the log", async () => {
@@ -69,10 +158,10 @@ test("variables, alarms, snapshots, the log", async () => {
   await robot.setVariable("COUNT", 7);
   await robot.takeSnapshot("seven");
   await robot.setVariable("COUNT", 8);
-  await robot.restore("seven");
+  await robot.restoreSnapshot("seven");
   assert.deepEqual(await robot.variable("COUNT"), [7]);
   await robot.raiseAlarm("2-046");
-  assert.deepEqual(await robot.alarms(), ["2-046"]);
+  assert.deepEqual((await robot.alarms()).map((alarm) => alarm.number), ["2-046"]);
   assert.match(robot.log(), /reset/);
 });
 

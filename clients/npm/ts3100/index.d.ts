@@ -1,20 +1,13 @@
 /// <reference lib="es2022" />
+import type { ActiveAlarm, ArmPosture, Channel as ChannelState, Clock, Event, Fault, JogCoordinates, JogSpeed, KeyPosition, Operations,
+  ProgramStatus, RightHolder, RunMode, State, Status as ExecutionStatus, Variable, WaitFor, WaitResult } from "./operations.js";
+export type * from "./operations.js";
 
 /** How bad a finding is. */
 export type Severity = "note" | "warning" | "error";
 
-/** A protocol mistake of a host. */
-export interface Finding {
-  rule: string;
-  severity: Severity;
-  port: string;
-  message: string;
-  remedy: string;
-  /** When, in seconds of virtual time. */
-  t: number;
-  /** The fault that has caused it; absent if the host has. */
-  "caused-by"?: string;
-}
+/** A protocol mistake of a host; "caused-by" names the fault that has caused it, and is absent if the host has. */
+export type Finding = Event & { rule: string; severity: Severity; port: string; message: string; remedy: string };
 
 /** The emulator refused a call, with its sentence as the message; nothing has changed. */
 export class ControlError extends Error {
@@ -27,57 +20,266 @@ export class FindingsError extends Error {
   readonly findings: Finding[];
 }
 
+/** The robot answered NG. */
+export class Refused extends Error {
+  readonly command: string;
+}
+
+/** The robot sent something that the protocol does not allow here. */
+export class ProtocolError extends Error {}
+/** The connection has ended. */
+export class Disconnected extends Error {}
+/** The robot sent nothing, or not the expected line, in time. */
+export class NoReply extends Error {}
+/** A condition was not met in time; the message says what is there instead. */
+export class NotReached extends Error {}
+
+/** Any number of these is left out when it is the default. */
+export interface LinkOptions {
+  /** Longest wait for an answer or a line, in seconds; default 5. */
+  timeout?: number;
+  /** What a message calls the connection. */
+  name?: string;
+  /** Adds to the message of NoReply. */
+  describe?: () => string | Promise<string>;
+}
+
+export interface HostOptions extends LinkOptions {
+  /** Pause after a text of the robot, in seconds; default the manual's 0.05. */
+  pause?: number;
+  /** Whether texts begin with STX; default true. */
+  stx?: boolean;
+}
+
+/** The status that SU returns. */
+export interface HostStatus {
+  masterMode: string;
+  operationMode: string;
+  file: string;
+  override: number;
+  machineLock: boolean;
+  status: ExecutionStatus;
+}
+
+/** The total status that SF returns. */
+export interface TotalStatus {
+  isScara: boolean;
+  servoOn: boolean;
+  emergencyStop: boolean;
+  feedHold: boolean;
+  /** The line that is executed. */
+  line: number;
+  status: ExecutionStatus;
+  /** Active alarms, oldest first: 2-046. */
+  alarms: string[];
+  /** The lines that are on. */
+  inputs: number[];
+  outputs: number[];
+  /** In degrees; axis 3 of a SCARA in mm. */
+  joints: number[];
+  /** The tool point: X Y Z A B C and axes 7, 8; of a SCARA X Y Z C T 0. */
+  world: number[];
+  work: number[];
+}
+
+/** A host of the simple protocol on IP0, for the emulator or a real robot. Make one call at a time. */
+export class Host {
+  private constructor();
+  static connect(address: string, port: number, options?: HostOptions): Promise<Host>;
+  pause: number;
+  stx: boolean;
+  /** A command that the robot answers with OK; NG is Refused. */
+  command(text: string): Promise<void>;
+  /** A command that the robot answers with a file or a status, without FL and EOF; a byte is a character. */
+  query(text: string): Promise<string>;
+  servoOn(): Promise<void>;
+  servoOff(): Promise<void>;
+  /** RN: starts the selected program, or continues it. */
+  start(): Promise<void>;
+  /** SP: stops the program after its statement. */
+  stop(): Promise<void>;
+  /** EC,BREAK: stops at once. */
+  breakMotion(): Promise<void>;
+  feedHold(): Promise<void>;
+  select(name: string): Promise<void>;
+  deselect(): Promise<void>;
+  resetProgram(): Promise<void>;
+  resetStep(): Promise<void>;
+  resetCycle(): Promise<void>;
+  resetSignals(): Promise<void>;
+  resetAlarms(): Promise<void>;
+  setOverride(percent: number): Promise<void>;
+  /** EC,MODE: continuous is CONT. */
+  setRunMode(mode: "cont" | "cycle" | "step" | "segment"): Promise<void>;
+  /** DO: executes one statement. OK comes when it begins. */
+  execute(statement: string): Promise<void>;
+  /** IW: switches outputs, all of them or none: { 3: true }. */
+  setOutputs(lines: Record<number, boolean>): Promise<void>;
+  upload(name: string): Promise<string>;
+  /** DL: stores a file on the RAM drive. The manual ends lines with CR; LF is accepted. */
+  download(name: string, text: string): Promise<void>;
+  erase(name: string): Promise<void>;
+  /** Files and their sizes. */
+  directory(): Promise<Record<string, number>>;
+  version(): Promise<string>;
+  status(): Promise<HostStatus>;
+  totalStatus(): Promise<TotalStatus>;
+  readVariable(name: string): Promise<number[]>;
+  writeVariable(name: string, values: number | number[]): Promise<void>;
+  /** Waits for the SP that the robot sends when a program has ended or was stopped. */
+  waitForStop(timeout?: number): Promise<void>;
+  close(): Promise<void>;
+}
+
+/** The peer of a SCOL channel: IP1 or IP2, or COM1 where it is served as bare TCP. */
+export class Channel {
+  private constructor();
+  static connect(address: string, port: number, options?: LinkOptions): Promise<Channel>;
+  /** Sends a line; INPUT expects commas between values. */
+  sendLine(text: string): Promise<void>;
+  /** The next line that the program prints, without its CR. */
+  readLine(timeout?: number): Promise<string>;
+  /** The next line with this text. Lines before it are dropped; if none comes in time, the message of NoReply has them. */
+  waitForLine(text: string, timeout?: number): Promise<string>;
+  close(): Promise<void>;
+}
+
 /** The control interface of an emulator. A call is done when its promise is fulfilled. */
 export class Robot {
   /** @param url that of the ready line or of TS3100_CONTROL_URL; ends in /robots/NAME for one of several robots */
   constructor(url: string, token?: string);
-  /** Any call of the control interface. */
-  call(method: "GET" | "PUT" | "POST" | "DELETE", path: string, body?: unknown): Promise<any>;
-  /** Everything at one moment. */
-  state(): Promise<any>;
-  pressEmergencyStop(): Promise<void>;
-  releaseEmergencyStop(): Promise<void>;
-  turnKeySwitch(position: "teaching" | "internal" | "ext"): Promise<void>;
-  setControlRight(holder: "sig" | "rs232c" | "ether"): Promise<void>;
+  /** Makes a call by its operation in the OpenAPI document. The arguments are the parameters and the fields of the body. */
+  call<K extends keyof Operations>(operation: K, ...values: {} extends Operations[K][0] ? [Operations[K][0]?] : [Operations[K][0]]): Promise<Operations[K][1]>;
+
+  keySwitch(): Promise<KeyPosition>;
+  setKeySwitch(position: KeyPosition): Promise<void>;
+  controlRight(): Promise<RightHolder>;
+  setControlRight(holder: RightHolder): Promise<void>;
+  emergencyStop(): Promise<boolean>;
+  setEmergencyStop(pressed: boolean): Promise<void>;
+  safetySwitchOpen(): Promise<boolean>;
+  setSafetySwitchOpen(open: boolean): Promise<void>;
+  servo(): Promise<boolean>;
   setServo(on: boolean): Promise<void>;
+  feedHold(): Promise<boolean>;
   setFeedHold(on: boolean): Promise<void>;
+  machineLock(): Promise<boolean>;
+  setMachineLock(on: boolean): Promise<void>;
+  batteryLow(): Promise<boolean>;
+  setBatteryLow(low: boolean): Promise<void>;
+  override(): Promise<number>;
   setOverride(percent: number): Promise<void>;
+  runMode(): Promise<RunMode>;
+  setRunMode(mode: RunMode): Promise<void>;
+  breakpoints(): Promise<number[]>;
+  setBreakpoints(lines: number[]): Promise<void>;
+  /** How time passes: real, x10, stepped or auto. */
+  timeMode(): Promise<string>;
+  setTimeMode(mode: string): Promise<void>;
+
+  /** Everything at one moment. */
+  state(): Promise<State>;
+  /** Clock, program, alarms, outputs and the last printed lines in a sentence, for the message of a test that fails. */
+  describe(): Promise<string>;
+  /** Presses the button, which turns feed hold on or off. */
+  pressFeedHold(): Promise<void>;
+  /** Turns the power off: every port is closed. */
+  powerOff(): Promise<void>;
+  powerOn(): Promise<void>;
+  powerCycle(): Promise<void>;
+  /** As when the emulator was started: a fresh robot for the next test. Hosts are disconnected; findings begin anew. */
+  reset(mode?: string): Promise<void>;
+  program(): Promise<ProgramStatus>;
+  /** The execution status. */
+  status(): Promise<ExecutionStatus>;
+  select(name: string): Promise<void>;
   /** Presses START. */
   startProgram(): Promise<void>;
   /** Presses STOP. */
   stopProgram(): Promise<void>;
-  /** The numbers of the active alarms, oldest first: 2-046. */
-  alarms(): Promise<string[]>;
-  raiseAlarm(number: string): Promise<void>;
+  stepProgram(): Promise<void>;
+  /** Runs the program and stops before this line. */
+  runTo(line: number): Promise<void>;
+  /** What programs have printed on the teach pendant. */
+  pendant(): Promise<string>;
+  /** Types at the teach pendant, for INPUT without a channel; \r ends a value. */
+  typeKeys(keys: string): Promise<void>;
+  /** Presses a key that moves the arm, until stopJog or for one step. */
+  jog(axis: number, direction: "plus" | "minus", options?: { coordinates?: JogCoordinates; speed?: JogSpeed; inching?: boolean }): Promise<void>;
+  stopJog(): Promise<void>;
+  pose(): Promise<ArmPosture>;
+
+  /** The active alarms, oldest first. */
+  alarms(): Promise<ActiveAlarm[]>;
+  /** The error history, newest first. */
+  alarmHistory(): Promise<ActiveAlarm[]>;
+  /** Raises an alarm: 2-046. */
+  raiseAlarm(number: string, detail?: string): Promise<void>;
   resetAlarms(): Promise<void>;
-  input(line: number): Promise<boolean>;
-  setInput(line: number, on: boolean): Promise<void>;
-  output(line: number): Promise<boolean>;
-  /** The values of a variable of the selected file. */
-  variable(name: string): Promise<number[]>;
-  setVariable(name: string, value: number | number[]): Promise<void>;
-  file(name: string): Promise<string>;
-  putFile(name: string, text: string): Promise<void>;
-  select(name: string): Promise<void>;
-  /** Virtual time in seconds. */
-  now(): Promise<number>;
-  /** How time passes: real, x10, stepped or auto. */
-  setTime(mode: string): Promise<void>;
-  advance(seconds: number): Promise<void>;
-  /** Advances virtual time until a condition is met, such as `output 5 on`; whether it was, within so many seconds. */
-  advanceUntil(condition: string, within: number): Promise<boolean>;
-  /** Waits, without moving time, until a condition is met. */
-  waitUntil(condition: string, within: number): Promise<boolean>;
-  powerOff(): Promise<void>;
-  powerOn(): Promise<void>;
+  faults(): Promise<Fault[]>;
   /** Arms a fault: no-reply:command=SU. */
   armFault(spec: string): Promise<void>;
-  /** Closes the connection of the peer of a port: IP1. */
+  disarmFault(id: number): Promise<void>;
+  clearFaults(): Promise<void>;
+
+  input(line: number): Promise<boolean>;
+  /** The numbers of the inputs that are on. */
+  inputs(): Promise<number[]>;
+  setInput(line: number, on: boolean): Promise<void>;
+  /** Sets a line and sets it back after this much virtual time. */
+  pulseInput(line: number, seconds: number, on?: boolean): Promise<void>;
+  /** The line shows this state, whatever drives it, until it is released. */
+  forceInput(line: number, on: boolean): Promise<void>;
+  releaseInput(line: number): Promise<void>;
+  output(line: number): Promise<boolean>;
+  outputs(): Promise<number[]>;
+  setOutput(line: number, on: boolean): Promise<void>;
+  pulseOutput(line: number, seconds: number, on?: boolean): Promise<void>;
+  forceOutput(line: number, on: boolean): Promise<void>;
+  releaseOutput(line: number): Promise<void>;
+  /** The values of a variable of the selected file; absent if nothing was assigned yet. */
+  variable(name: string): Promise<number[] | null | undefined>;
+  variables(): Promise<Variable[]>;
+  /** Sets a variable; with `restore` also in its file. */
+  setVariable(name: string, value: number | number[], restore?: boolean): Promise<void>;
+  position(name: string): Promise<number[] | null | undefined>;
+  positions(): Promise<Variable[]>;
+  setPosition(name: string, value: number[], restore?: boolean): Promise<void>;
+  /** A position becomes the present one. */
+  teach(name: string, restore?: boolean): Promise<void>;
+  /** The text of a file; absent if it is not UTF-8. */
+  file(name: string): Promise<string | null | undefined>;
+  /** The names of the files of the RAM drive. */
+  files(): Promise<string[]>;
+  putFile(name: string, text: string): Promise<void>;
+  eraseFile(name: string): Promise<void>;
+
+  /** Where ip0 to ip3, or a serial line that is served as bare TCP, accepts a connection; fits net.connect. */
+  address(port?: string): Promise<{ host: string; port: number }>;
+  /** A host that is connected to IP0. */
+  host(options?: HostOptions): Promise<Host>;
+  /** A peer that is connected to ip1 or ip2, or to com1 where it is served as bare TCP. */
+  channel(name?: string, options?: LinkOptions): Promise<Channel>;
+  /** A communication port (HOST, COM1, IP0 to IP3): its peer, its exchange, its buffer. */
+  channelState(port: string): Promise<ChannelState>;
+  /** Text as if the peer of a SCOL channel had sent it. */
+  inject(port: string, text: string): Promise<void>;
+  /** Closes the connection of the peer of a port. */
   dropPeer(port: string): Promise<void>;
+
+  /** The virtual time, and how it passes. */
+  clock(): Promise<Clock>;
+  /** Advances a stopped clock. */
+  advance(seconds: number): Promise<void>;
+  /** Advances a stopped clock until a condition is met, such as `output 5 on`; throws NotReached after so many seconds, default 60. */
+  advanceUntil(condition: WaitFor["condition"], within?: number): Promise<WaitResult>;
+  /** Waits for a condition while time passes by itself; throws NotReached. */
+  wait(condition: WaitFor["condition"], within?: number): Promise<WaitResult>;
+  snapshots(): Promise<string[]>;
   takeSnapshot(name: string): Promise<void>;
-  restore(name: string): Promise<void>;
-  /** As when the emulator was started: a fresh robot for the next test. Hosts are disconnected; findings begin anew. */
-  reset(): Promise<void>;
+  /** Returns to a snapshot; hosts stay connected, findings and transcript go on. */
+  restoreSnapshot(name: string): Promise<void>;
+  deleteSnapshot(name: string): Promise<void>;
   findings(): Promise<Finding[]>;
   /** What went over the ports since the start or the last reset. */
   transcript(): Promise<string>;
@@ -88,8 +290,6 @@ export class Robot {
 /** An emulator that start() has started. */
 export class StartedRobot extends Robot {
   private constructor();
-  /** Where to connect. */
-  readonly address: string;
   /** The TCP ports of the channels. */
   readonly ports: { ip0: number; ip1: number; ip2: number; ip3: number };
   readonly controlUrl: string;

@@ -3,34 +3,22 @@
 const { spawn } = require("node:child_process");
 const readline = require("node:readline");
 const { binary, environment } = require("./binary.js");
+const errors = require("./errors.js");
+const { Host, Channel } = require("./host.js");
+const OPERATIONS = require("./operations.js");
+
+const { ControlError, FindingsError, NotReached } = errors;
 
 // It is up in milliseconds; a machine under load takes longer.
 const START_LIMIT_MS = 20_000;
 const END_LIMIT_MS = 5_000;
-// A call may wait 30 s for virtual time unless it says otherwise.
 const LONGEST_CALL_MS = 60_000;
+// Of a wait: virtual and wall-clock seconds, and the HTTP status when it took longer.
+const WITHIN_S = 60, WALL_S = 30, TOO_LONG = 408;
 const LOG_LINES = 100;
 const LAST_TEXTS = 6;
 const LONGEST_SHOWN = 120;
 const SEVERITIES = ["note", "warning", "error"];
-
-/** The emulator refused a call; nothing has changed. */
-class ControlError extends Error {
-  constructor(status, message) {
-    super(message);
-    this.name = "ControlError";
-    this.status = status;
-  }
-}
-
-/** The host of a test has made protocol mistakes. */
-class FindingsError extends Error {
-  constructor(findings, message) {
-    super(message);
-    this.name = "FindingsError";
-    this.findings = findings;
-  }
-}
 
 /** The control interface of an emulator. A call is done when its promise is fulfilled. */
 class Robot {
@@ -42,45 +30,151 @@ class Robot {
     this.#headers = token ? { authorization: `Bearer ${token}` } : {};
   }
 
-  async call(method, path, body) {
-    return JSON.parse(await this.#request(method, path, body));
+  // The path and the query take their arguments, the body has the others.
+  async call(operation, values = {}) {
+    if (!Object.hasOwn(OPERATIONS, operation)) throw new TypeError(`unknown operation ${operation}`);
+    const [method, template] = OPERATIONS[operation].split(" "), [place, query = ""] = template.split("{?"), rest = { ...values };
+    const take = (name) => {
+      const value = rest[name];
+      delete rest[name];
+      return value;
+    };
+    let path = place.replace(/\{(\w+)\}/g, (_, name) => {
+      if (!(name in rest)) throw new TypeError(`${operation} needs the argument ${name}`);
+      return encodeURIComponent(take(name));
+    });
+    const given = query.replace("}", "").split(",").filter((name) => name in rest).map((name) => [name, take(name)]);
+    if (given.length > 0) path += `?${new URLSearchParams(given)}`;
+    const hasBody = method === "PUT" || method === "POST", [unknown] = Object.keys(rest);
+    if (!hasBody && unknown) throw new TypeError(`${operation} has no argument ${unknown}`);
+    return this.#request(method, path, hasBody ? rest : undefined);
   }
 
-  state() { return this.call("GET", "/state"); }
-  async pressEmergencyStop() { await this.call("PUT", "/emergency-stop", { pressed: true }); }
-  async releaseEmergencyStop() { await this.call("PUT", "/emergency-stop", { pressed: false }); }
-  async turnKeySwitch(position) { await this.call("PUT", "/key-switch", { position }); }
-  async setControlRight(holder) { await this.call("PUT", "/control-right", { holder }); }
-  async setServo(on) { await this.call("PUT", "/servo", { on }); }
-  async setFeedHold(on) { await this.call("PUT", "/feed-hold", { on }); }
-  async setOverride(percent) { await this.call("PUT", "/override", { percent }); }
-  async startProgram() { await this.call("POST", "/program/start", {}); }
-  async stopProgram() { await this.call("POST", "/program/stop", {}); }
-  async alarms() { return (await this.call("GET", "/alarms")).active.map((alarm) => alarm.number); }
-  async raiseAlarm(number) { await this.call("POST", "/alarms", { number }); }
-  async resetAlarms() { await this.call("POST", "/alarms/reset", {}); }
-  async input(line) { return (await this.call("GET", `/inputs/${line}`)).on; }
-  async setInput(line, on) { await this.call("PUT", `/inputs/${line}`, { on }); }
-  async output(line) { return (await this.call("GET", `/outputs/${line}`)).on; }
-  async variable(name) { return (await this.call("GET", `/variables/${encodeURIComponent(name)}`)).value; }
-  async setVariable(name, value) { await this.call("PUT", `/variables/${encodeURIComponent(name)}`, { value }); }
-  async file(name) { return (await this.call("GET", `/files/${encodeURIComponent(name)}`)).text; }
-  async putFile(name, text) { await this.call("PUT", `/files/${encodeURIComponent(name)}`, { text }); }
-  async select(name) { await this.call("POST", `/files/${encodeURIComponent(name)}/select`, {}); }
-  async now() { return (await this.call("GET", "/clock")).now; }
-  async setTime(mode) { await this.call("PUT", "/clock", { mode }); }
-  async advance(seconds) { await this.call("POST", "/clock/advance", { seconds }); }
-  async advanceUntil(condition, within) { return (await this.call("POST", "/clock/advance-until", { condition, within })).reached; }
-  async waitUntil(condition, within) { return (await this.call("POST", "/wait", { condition, within })).reached; }
-  async powerOff() { await this.call("POST", "/power/off", {}); }
-  async powerOn() { await this.call("POST", "/power/on", {}); }
-  async armFault(spec) { await this.call("POST", "/faults", { spec }); }
-  async dropPeer(port) { await this.call("POST", `/channels/${port}/drop`, {}); }
-  async takeSnapshot(name) { await this.call("PUT", `/snapshots/${encodeURIComponent(name)}`, {}); }
-  async restore(name) { await this.call("POST", `/snapshots/${encodeURIComponent(name)}/restore`, {}); }
-  async reset() { await this.call("POST", "/reset", {}); }
-  findings() { return this.call("GET", "/findings"); }
-  transcript() { return this.#request("GET", "/transcript?format=text"); }
+  // Settings
+  async keySwitch() { return (await this.call("get_key_switch")).position; }
+  async setKeySwitch(position) { await this.call("put_key_switch", { position }); }
+  async controlRight() { return (await this.call("get_control_right")).holder; }
+  async setControlRight(holder) { await this.call("put_control_right", { holder }); }
+  async emergencyStop() { return (await this.call("get_emergency_stop")).pressed; }
+  async setEmergencyStop(pressed) { await this.call("put_emergency_stop", { pressed }); }
+  async safetySwitchOpen() { return (await this.call("get_safety_switch")).open; }
+  async setSafetySwitchOpen(open) { await this.call("put_safety_switch", { open }); }
+  async servo() { return (await this.call("get_servo")).on; }
+  async setServo(on) { await this.call("put_servo", { on }); }
+  async feedHold() { return (await this.call("get_feed_hold")).on; }
+  async setFeedHold(on) { await this.call("put_feed_hold", { on }); }
+  async machineLock() { return (await this.call("get_machine_lock")).on; }
+  async setMachineLock(on) { await this.call("put_machine_lock", { on }); }
+  async batteryLow() { return (await this.call("get_battery")).low; }
+  async setBatteryLow(low) { await this.call("put_battery", { low }); }
+  async override() { return (await this.call("get_override")).percent; }
+  async setOverride(percent) { await this.call("put_override", { percent }); }
+  async runMode() { return (await this.call("get_run_mode")).mode; }
+  async setRunMode(mode) { await this.call("put_run_mode", { mode }); }
+  async breakpoints() { return (await this.call("get_breakpoints")).lines; }
+  async setBreakpoints(lines) { await this.call("put_breakpoints", { lines }); }
+  async timeMode() { return (await this.clock()).mode; }
+  async setTimeMode(mode) { await this.call("put_clock", { mode }); }
+
+  // Panel, program, arm
+  state() { return this.call("get_state"); }
+  async pressFeedHold() { await this.call("press_feed_hold"); }
+  async powerOff() { await this.call("power_off"); }
+  async powerOn() { await this.call("power_on"); }
+  async powerCycle() { await this.call("power_cycle"); }
+  async reset(mode) { await this.call("reset_emulator", mode ? { mode } : {}); }
+  program() { return this.call("get_program"); }
+  async status() { return (await this.program()).status; }
+  async select(name) { await this.call("select_file", { name }); }
+  async startProgram() { await this.call("start_program"); }
+  async stopProgram() { await this.call("stop_program"); }
+  async stepProgram() { await this.call("step_program"); }
+  async runTo(line) { await this.call("run_program_to", { line }); }
+  async pendant() { return (await this.call("get_pendant")).text; }
+  async typeKeys(keys) { await this.call("press_keys", { keys }); }
+  async jog(axis, direction, options) { await this.call("jog_arm", { axis, direction, coordinates: "joint", speed: "slow", ...options }); }
+  async stopJog() { await this.call("stop_jog"); }
+  pose() { return this.call("get_pose"); }
+
+  // Alarms and faults
+  async alarms() { return (await this.call("get_alarms")).active; }
+  async alarmHistory() { return (await this.call("get_alarms")).history; }
+  async raiseAlarm(number, detail) { await this.call("raise_alarm", { number, detail }); }
+  async resetAlarms() { await this.call("reset_alarms"); }
+  async faults() { return (await this.call("get_faults")).faults; }
+  async armFault(spec) { await this.call("arm_fault", { spec }); }
+  async disarmFault(number) { await this.call("disarm_fault", { number }); }
+  async clearFaults() { await this.call("clear_faults"); }
+
+  // Lines, variables, files
+  async input(line) { return (await this.call("get_input", { line })).on; }
+  async inputs() { return (await this.call("get_inputs")).on; }
+  async setInput(line, on) { await this.call("put_input", { line, on }); }
+  async pulseInput(line, seconds, on = true) { await this.call("pulse_input", { line, seconds, on }); }
+  async forceInput(line, on) { await this.call("force_input", { line, on }); }
+  async releaseInput(line) { await this.call("release_input", { line }); }
+  async output(line) { return (await this.call("get_output", { line })).on; }
+  async outputs() { return (await this.call("get_outputs")).on; }
+  async setOutput(line, on) { await this.call("put_output", { line, on }); }
+  async pulseOutput(line, seconds, on = true) { await this.call("pulse_output", { line, seconds, on }); }
+  async forceOutput(line, on) { await this.call("force_output", { line, on }); }
+  async releaseOutput(line) { await this.call("release_output", { line }); }
+  async variable(name) { return (await this.call("get_variable", { name })).value; }
+  variables() { return this.call("get_variables"); }
+  async setVariable(name, value, restore = false) { await this.call("put_variable", { name, value, restore }); }
+  async position(name) { return (await this.call("get_position", { name })).value; }
+  positions() { return this.call("get_positions"); }
+  async setPosition(name, value, restore = false) { await this.call("put_position", { name, value, restore }); }
+  async teach(name, restore = false) { await this.call("teach_position", { name, restore }); }
+  async file(name) { return (await this.call("get_file", { name })).text; }
+  async files() { return (await this.call("get_files")).files.map((file) => file.name); }
+  async putFile(name, text) { await this.call("put_file", { name, text }); }
+  async eraseFile(name) { await this.call("delete_file", { name }); }
+
+  // Ports
+  async address(port = "ip0") {
+    const { robots } = await this.call("get_robots"), [, name] = /\/robots\/([^/]+)$/.exec(this.#url) || [];
+    const row = robots.find((one) => one.name === decodeURIComponent(name)) || robots[0], serial = row.serial?.[port];
+    const [, host, number] = /^(?:socket:\/\/)?(.*):(\d+)$/.exec(row.ports[port] || serial || "") || [];
+    if (!host) throw new TypeError(`${port} has no TCP address`);
+    // An address of all interfaces is reached where the control interface is.
+    return { host: /^(0\.0\.0\.0|\[::\])$/.test(host) ? new URL(this.#url).hostname : host.replace(/[[\]]/g, ""), port: Number(number) };
+  }
+  async host(options) {
+    const { host, port } = await this.address();
+    return Host.connect(host, port, { ...options, describe: () => this.describe() });
+  }
+  async channel(name = "ip1", options) {
+    const { host, port } = await this.address(name);
+    return Channel.connect(host, port, { ...options, name: name.toUpperCase(), describe: () => this.describe() });
+  }
+  channelState(port) { return this.call("get_channel", { port: port.toUpperCase() }); }
+  async inject(port, text) { await this.call("inject_bytes", { port: port.toUpperCase(), text }); }
+  async dropPeer(port) { await this.call("drop_peer", { port: port.toUpperCase() }); }
+
+  // Time, snapshots, records
+  clock() { return this.call("get_clock"); }
+  async advance(seconds) { await this.call("advance_time", { seconds, wall: WALL_S }); }
+  advanceUntil(condition, within = WITHIN_S) { return this.#await("advance_time_until", condition, within); }
+  wait(condition, within = WITHIN_S) { return this.#await("wait_until", condition, within); }
+  async snapshots() { return (await this.call("get_snapshots")).snapshots.map((one) => one.name); }
+  async takeSnapshot(name) { await this.call("put_snapshot", { name }); }
+  async restoreSnapshot(name) { await this.call("restore_snapshot", { name }); }
+  async deleteSnapshot(name) { await this.call("delete_snapshot", { name }); }
+  findings() { return this.call("get_findings"); }
+  transcript() { return this.call("get_transcript", { format: "text" }); }
+
+  async describe() {
+    const state = await this.state(), reads = state.tasks.find((task) => task.reads)?.reads;
+    const clock = state.time_mode === "stepped" ? "is stepped and stopped at" : `runs (${state.time_mode}) and is at`;
+    const program = state.file ? `${state.file} is ${state.status}, line ${state.line}${reads ? `, an INPUT waits for ${reads}` : ""}` : "no file is selected";
+    const last = {};
+    for (const [, port, text] of (await this.transcript()).matchAll(/^<:? (COM1|IP1|IP2) (.*)/gm)) last[port] = text;
+    const printed = Object.entries(last).map(([port, text]) => `${port} printed ${text}, `).join("");
+    const pendant = state.pendant.trim().split("\n").pop().trim() || "nothing";
+    return `the clock ${clock} ${state.t} s; ${program}; alarms: ${state.alarms.map((alarm) => alarm.number).join(" ") || "none"}; `
+      + `outputs on: ${state.outputs.on.join(" ") || "none"}; ${printed}the pendant ${printed ? "" : "printed "}${pendant}`;
+  }
 
   async checkFindings({ deny = "warning", allow = [] } = {}) {
     const limit = SEVERITIES.indexOf(deny);
@@ -93,6 +187,18 @@ class Robot {
     throw new FindingsError(found, ["protocol mistakes of the host:",
       ...found.map((one) => `  ${one.port}: ${one.message} (${one.rule}, ${one.severity}). ${one.remedy}`),
       "last texts:", ...texts.map((line) => `  ${line}`)].join("\n"));
+  }
+
+  async #await(operation, condition, within, limit = `${within} s of virtual time`) {
+    try {
+      const result = await this.call(operation, { condition, within, wall: WALL_S });
+      if (result.reached) return result;
+    } catch (error) {
+      if (error.status !== TOO_LONG) throw error;
+      limit = `${WALL_S} s of wall-clock time`;
+    }
+    const wanted = typeof condition === "string" ? condition : JSON.stringify(condition);
+    throw new NotReached(`\`${wanted}\` was not met within ${limit}: ${await this.describe()}`);
   }
 
   async #request(method, path, body) {
@@ -108,7 +214,7 @@ class Robot {
     } catch (error) {
       throw new ControlError(0, `cannot reach ${this.#url}: ${(error.cause || error).message}`);
     }
-    if (answer.ok) return text;
+    if (answer.ok) return /^application\/json/.test(answer.headers.get("content-type")) ? JSON.parse(text) : text;
     let reason = `${method} ${path}: HTTP status ${answer.status}`;
     try {
       reason = JSON.parse(text).error || reason;
@@ -128,7 +234,6 @@ class StartedRobot extends Robot {
     super(ready.control);
     this.#child = child;
     this.#log = log;
-    this.address = "127.0.0.1";
     this.ports = ready.ports;
     this.controlUrl = ready.control;
   }
@@ -205,4 +310,4 @@ async function start({ args = [] } = {}) {
   }
 }
 
-module.exports = { start, binary, Robot, StartedRobot, ControlError, FindingsError };
+module.exports = { start, binary, Robot, StartedRobot, Host, Channel, ...errors };
