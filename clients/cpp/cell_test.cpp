@@ -17,26 +17,27 @@ void place_part(ts3100::Host& host) {
     host.servo_on();
     host.download("PICK", "PROGRAM PICK\nWAIT DIN(1)\nDELAY 2\nDOUT(5)\nEND\n");
     host.select("PICK");
-    host.run();
+    host.start();
 }
 
 void the_robot_places_a_part(const ts3100::Fixture& cell) {
     const ts3100::Robot& robot = cell.fresh();
-    ts3100::Host host = cell.connect();
-    robot.set_time("stepped");
+    ts3100::Host host = robot.host();
+    robot.set_time_mode("stepped");
     place_part(host);
     robot.set_input(1, true);
-    check(robot.advance_until("output 5 on", 10), "the part is placed");
-    check(robot.now() >= 2, "after two seconds of the robot's time");
-    robot.set_time("real");
+    const ts3100::Reached placed = robot.advance_until("output 5 on", 10);
+    check(placed.now >= 2, "the part is placed after two seconds of the robot's time");
+    robot.set_time_mode("real");
     host.wait_for_stop();
     check(host.total_status().output(5), "the host sees the output");
     check(cell.mistakes().empty(), "the host keeps the protocol");
 }
 
 void the_emergency_stop_refuses_a_start(const ts3100::Fixture& cell) {
-    cell.fresh().press_emergency_stop();
-    ts3100::Host host = cell.connect();
+    const ts3100::Robot& robot = cell.fresh();
+    robot.set_emergency_stop(true);
+    ts3100::Host host = robot.host();
     try {
         place_part(host);
         check(false, "the start is refused");

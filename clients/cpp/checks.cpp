@@ -61,7 +61,7 @@ void text_of_json() {
     expect("JSON: a number", -2500.0, value["a"].elements()[1].as_double());
     expect("JSON: a text", "\xC3\xA9\n\"", value["a"].elements()[4].as_string());
     expect("JSON: an empty object", true, value["b"].members().empty());
-    expect("JSON: a text is written", "\"a\\\"\\u000a\"", Json::quote("a\"\n"));
+    expect("JSON: values are written", "{\"a\":[1,-2500,true,null,\"\xC3\xA9\\u000a\\\"\"],\"b\":{}}", value.text());
     expect("JSON: the place of an error", "JSON, character 5: expected `:`, found the end", thrown<ts3100::Error>([] { Json::parse("{\"a\""); }));
     expect("JSON: no endless nesting", true, thrown<ts3100::Error>([] { Json::parse(std::string(100000, '[')); }).find("at most 64") != std::string::npos);
     expect("JSON: a number of the wrong form", true, thrown<ts3100::Error>([] { Json::parse("[-]"); }).find("expected a value") != std::string::npos);
@@ -70,31 +70,31 @@ void text_of_json() {
 void six_axes() {
     const Fixture cell;
     const Robot& robot = cell.fresh();
-    Host host = cell.connect();
+    Host host = cell.robot.host();
     host.servo_on();
     host.download("ASK", ask);
     expect("UL returns what DL stored", ask, host.upload("ASK"));
     expect("CA has it", static_cast<int>(ask.size()), host.directory()["ASK"]);
     expect("VR", "TS3100", host.version().substr(0, 6));
     host.select("ASK");
-    expect("MR of a position", "400 0 200 0 0 0 0 0 11111", numbers(host.variable("A1")));
-    host.set_variable("COUNT", {12});
-    host.set_variable("RATE", {0.25});
-    expect("MW of an integer and a real", "12 0.25", numbers(host.variable("COUNT")) + " " + numbers(host.variable("RATE")));
+    expect("MR of a position", "400 0 200 0 0 0 0 0 11111", numbers(host.read_variable("A1")));
+    host.write_variable("COUNT", {12});
+    host.write_variable("RATE", {0.25});
+    expect("MW of an integer and a real", "12 0.25", numbers(host.read_variable("COUNT")) + " " + numbers(host.read_variable("RATE")));
     host.set_override(40);
     {
-        ts3100::Channel channel(cell.address(), cell.ip1());
-        host.run();
+        ts3100::Channel channel = robot.channel("ip1");
+        host.start();
         expect("PRINT", "HOW FAR?", channel.read_line());
         const ts3100::Status running = host.status();
         expect("SU while it runs", "external(ethernet) cycle ASK 40 0 1",
               running.master_mode + " " + running.operation_mode + " " + running.file + " " + std::to_string(running.override_percent) + " " +
                   std::to_string(running.machine_lock) + " " + std::to_string(running.execution == Execution::running));
-        channel.write_line("2.5");
+        channel.send_line("2.5");
         expect("INPUT and PRINT", "THAT IS       2.500", channel.read_line());
         host.wait_for_stop();
     }
-    host.set_output(3, true);
+    host.set_outputs({{3, true}});
     robot.set_input(201, true);
     robot.raise_alarm("1-200");
     const ts3100::TotalStatus total = host.total_status();
@@ -116,7 +116,7 @@ void scara() {
     set_variable("TS3100_KEY_SWITCH", "teaching");  // has no effect
     const Fixture cell({"--model", "tsl3000-thl400", "--servo-on"});
     set_variable("TS3100_KEY_SWITCH", "");
-    Host host = cell.connect();
+    Host host = cell.robot.host();
     const ts3100::TotalStatus total = host.total_status();
     expect("SF of a SCARA", "1 6 1", std::to_string(total.is_scara()) + " " + std::to_string(total.joints().size()) + " " + std::to_string(total.servo_on()));
     host.servo_on();
@@ -125,12 +125,13 @@ void scara() {
 
 void refusals() {
     const Fixture cell({"--key-switch", "teaching"});
-    Host host = cell.connect();
+    Host host = cell.robot.host();
     expect("NG names the command", "the robot answered NG to SO; the log of the emulator gives the reason", thrown<ts3100::Refused>([&] { host.servo_on(); }));
     expect("and of a file", "the robot answered NG to UL,NONE; the log of the emulator gives the reason", thrown<ts3100::Refused>([&] { host.upload("NONE"); }));
     cell.robot.arm_fault("late-reply:command=SU,delay=400");
     host.timeout(ts3100::milliseconds(200));
-    expect("a robot that does not answer", "nothing came for 200 ms", thrown<ts3100::Error>([&] { host.status(); }));
+    expect("a robot that does not answer", true,
+           thrown<ts3100::NoReply>([&] { host.status(); }).find("the robot did not send an answer to SU within 0.2 s: the clock runs (real) and is at ") == 0);
     std::this_thread::sleep_for(ts3100::milliseconds(300));
     expect("an answer that comes later is not that of the next command", "TS3100", host.version().substr(0, 6));
     expect("an address that is none", true, thrown<ts3100::Error>([] { Host("127.0.0.1", 1); }).find("cannot connect to 127.0.0.1:1;") == 0);
@@ -148,17 +149,23 @@ void control() {
     robot.set_override(50);
     robot.take_snapshot("set");
     robot.advance(0.5);
-    expect("time moves", 0.5, robot.now());
-    robot.press_emergency_stop();
+    expect("time moves", 0.5, robot.clock().now);
+    robot.set_emergency_stop(true);
     expect("a refusal in the emulator's words", "cannot turn the servo on: the emergency stop is pressed", thrown<ts3100::ControlError>([&] { robot.set_servo(true); }));
-    robot.restore("set");
-    expect("a snapshot restores all of it", "0 50", Json::number(robot.now()) + " " + std::to_string(robot.state()["override_percent"].as_int()));
-    expect("a wait that is not met", false, robot.wait_until("output 5 on", 0));
+    robot.restore_snapshot("set");
+    expect("a snapshot restores all of it", "0 50", Json::number(robot.clock().now) + " " + std::to_string(robot.state()["override_percent"].as_int()));
+    expect("a wait that is not met", "`output 5 on` was not met within 0 s of virtual time: the clock is stepped and stopped at 0 s; ASK is stop (reset), line 9; "
+           "alarms: none; outputs on: 250 255 256 260; the pendant printed nothing", thrown<ts3100::NotReached>([&] { robot.wait("output 5 on", 0); }));
     robot.raise_alarm("2-046");
-    expect("an alarm", "2-046", robot.alarms().at(0));
+    expect("an alarm", "2-046", robot.alarms().at(0).number);
     robot.reset_alarms();
     robot.power_off();
     robot.power_on();
+    expect("any operation by its name", true, robot.call("put_input", {{"line", 5}, {"on", true}})["on"].as_bool());
+    expect("a text", "event: ", robot.call("get_events", {{"since", 1}, {"count", 1}}).as_string().substr(0, 7));
+    expect("an unknown operation", "unknown operation get_inputt", thrown<ts3100::Error>([&] { robot.call("get_inputt"); }));
+    expect("a missing argument", "get_input needs the argument line", thrown<ts3100::Error>([&] { robot.call("get_input"); }));
+    expect("an unknown argument", "get_input has no argument on", thrown<ts3100::Error>([&] { robot.call("get_input", {{"line", 5}, {"on", true}}); }));
     const Robot nobody("http://127.0.0.1:1");
     expect("no emulator", true, thrown<ts3100::Error>([&] { nobody.state(); }).find("cannot connect to 127.0.0.1:1;") == 0);
     const auto begun = std::chrono::steady_clock::now();
@@ -170,8 +177,31 @@ void control() {
     std::cout << "     " << took.count() / fresh_robots << " ms for a fresh robot and its findings\n";
 }
 
+void dialogue() {
+    const Fixture cell({"--time", "stepped", "--servo-on", "--serial-com1-tcp", "127.0.0.1:0", "--robots", "2"});
+    const Robot one(cell.robot.url() + "/robots/robot-1"), two(cell.robot.url() + "/robots/robot-2");
+    expect("each robot has its address", false, one.address() == two.address());
+    two.put_file("ASK", ask);
+    two.select("ASK");
+    ts3100::Channel channel = two.channel("ip1"), line = two.channel("com1");
+    two.start_program();
+    channel.timeout(ts3100::milliseconds(100));
+    const std::string late = thrown<ts3100::NoReply>([&] { channel.wait_for_line("EVER"); });
+    expect("a line that does not come", "IP1 printed no line with `EVER` within 0.1 s, but `HOW FAR?`: the clock is stepped and stopped at 0 s; ASK is running, line 10, "
+           "an INPUT waits for IP1; alarms: none; outputs on:", late.substr(0, late.find(" outputs on:") + 12));
+    expect("what was printed", true, late.find("; IP1 printed HOW FAR?<CR>, the pendant nothing") != std::string::npos);
+    channel.send_line("2.5");
+    expect("lines before the expected one are dropped", "THAT IS       2.500", channel.wait_for_line("2.500"));
+    two.put_file("ASK", "PROGRAM ASK\nPRINT COM1, \"ONE\", CR\nEND\n");
+    two.select("ASK");
+    two.start_program();
+    two.advance(1);  // a serial line takes its time
+    expect("COM1 as bare TCP", "ONE", line.read_line());
+    expect("the log is not the output of the test", true, cell.process.log().find("INFO") != std::string::npos);
+}
+
 void starts() {
-    expect("wrong options", true, thrown<ts3100::Error>([] { ts3100::Process({"--no-such-option"}); }).find("or ended; its log above says why") != std::string::npos);
+    expect("wrong options", true, thrown<ts3100::Error>([] { ts3100::Process({"--no-such-option"}); }).find("--no-such-option") != std::string::npos);
     std::string url;
     {
         const ts3100::Process process;
@@ -210,6 +240,7 @@ int main() try {
     scara();
     refusals();
     control();
+    dialogue();
     starts();
     std::cout << "all of it\n";
     return 0;

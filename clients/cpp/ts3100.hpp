@@ -1,6 +1,6 @@
 // ts3100.hpp: talks to a Toshiba Machine TS3100 robot controller, and starts and controls its emulator in tests.
 //
-//   ts3100::Host      the protocol on IP0: commands, status, files            ts3100::Channel   PRINT and INPUT on IP1, IP2
+//   ts3100::Host      the protocol on IP0: commands, status, files            ts3100::Channel   PRINT and INPUT on IP1, IP2, COM1
 //   ts3100::Robot     the control interface of the emulator                   ts3100::Process   starts `ts3100 serve`
 //   ts3100::Fixture   one process, a fresh robot for each test, and the protocol mistakes of the host
 //
@@ -18,13 +18,16 @@
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
+#include <functional>
 #include <locale>
 #include <map>
 #include <memory>
+#include <optional>
 #include <sstream>
 #include <stdexcept>
 #include <string>
 #include <thread>
+#include <type_traits>
 #include <utility>
 #include <vector>
 
@@ -74,11 +77,35 @@ public:
     const int status;
 };
 
+/// Nothing came from the robot in time.
+class NoReply : public Error {
+public:
+    using Error::Error;
+};
+
+/// A condition was not met in time; the message says what is there instead.
+class NotReached : public Error {
+public:
+    using Error::Error;
+};
+
 /// A JSON value. Reading one that has another type than asked for throws Error.
 class Json {
 public:
     enum class Type { null, boolean, number, string, array, object };
+    using Members = std::map<std::string, Json>;
     static constexpr int deepest_nesting = 64;
+
+    Json() = default;
+    Json(bool value) : type_(Type::boolean), number_(value ? 1 : 0) {}
+    Json(double value) : type_(Type::number), number_(value) {}
+    Json(int value) : type_(Type::number), number_(value) {}
+    Json(std::string text) : type_(Type::string), text_(std::move(text)) {}
+    Json(const char* text) : Json(std::string(text)) {}
+    Json(Members members) : type_(Type::object), members_(std::move(members)) {}
+    Json(std::vector<Json> elements) : type_(Type::array), elements_(std::move(elements)) {}
+    Json(const std::vector<double>& numbers) : type_(Type::array), elements_(numbers.begin(), numbers.end()) {}
+    Json(const std::vector<int>& numbers) : type_(Type::array), elements_(numbers.begin(), numbers.end()) {}
 
     static Json parse(const std::string& text) {
         std::size_t at = 0;
@@ -97,7 +124,7 @@ public:
     /// The elements of an array.
     const std::vector<Json>& elements() const { return need(Type::array, "an array"), elements_; }
     /// The members of an object.
-    const std::map<std::string, Json>& members() const { return need(Type::object, "an object"), members_; }
+    const Members& members() const { return need(Type::object, "an object"), members_; }
     bool has(const std::string& name) const { return type_ == Type::object && members_.count(name) != 0; }
     const Json& operator[](const std::string& name) const {
         auto member = members().find(name);
@@ -110,7 +137,24 @@ public:
         return numbers;
     }
 
-    /// A text as JSON writes it.
+    /// The value as JSON text.
+    std::string text() const {
+        std::string between, all;
+        switch (type_) {
+            case Type::null: return "null";
+            case Type::boolean: return number_ != 0 ? "true" : "false";
+            case Type::number: return number(number_);
+            case Type::string: return quote(text_);
+            case Type::array:
+                for (const Json& element : elements_) all += std::exchange(between, ",") + element.text();
+                return "[" + all + "]";
+            case Type::object:
+                for (const auto& [name, member] : members_) all += std::exchange(between, ",") + quote(name) + ":" + member.text();
+        }
+        return "{" + all + "}";
+    }
+
+    /// A string as JSON writes it.
     static std::string quote(const std::string& text) {
         std::string quoted = "\"";
         for (char letter : text) {
@@ -142,7 +186,7 @@ private:
     double number_ = 0;
     std::string text_;
     std::vector<Json> elements_;
-    std::map<std::string, Json> members_;
+    Members members_;
 
     void need(Type type, const char* expected) const {
         if (type_ != type) throw Error(std::string("JSON: expected ") + expected);
@@ -253,6 +297,11 @@ inline std::vector<std::string> split(const std::string& text, char between) {
     return parts;
 }
 
+inline std::string seconds(milliseconds limit) { return Json::number(static_cast<double>(limit.count()) / 1000) + " s"; }
+
+/// The end of a message about something that did not come.
+inline std::string described(const std::function<std::string()>& describe) { return describe ? ": " + describe() : ""; }
+
 /// A TCP connection. TCP divides texts as it likes, so unread bytes are kept.
 class Connection {
 public:
@@ -318,7 +367,8 @@ public:
     /// The next byte, or -1 where the peer has closed the connection.
     int read_or_end() {
         if (taken_ == filled_) {
-            if (!readable(timeout)) throw Error("nothing came for " + std::to_string(timeout.count()) + " ms");
+            if (!readable(until_ ? std::max(std::chrono::duration_cast<milliseconds>(*until_ - std::chrono::steady_clock::now()), milliseconds(0)) : timeout))
+                throw NoReply("nothing came for " + std::to_string(timeout.count()) + " ms");
             const auto count = ::recv(socket_, kept_.data(), static_cast<unsigned>(kept_.size()), 0);
             taken_ = 0;
             filled_ = count > 0 ? static_cast<std::size_t>(count) : 0;
@@ -366,9 +416,13 @@ public:
         filled_ = data.size();
     }
 
+    /// Reads that end by this time together; without it, each byte may take as long as `timeout`.
+    void limit(std::optional<std::chrono::steady_clock::time_point> until) { until_ = until; }
+
     milliseconds timeout;
 
 private:
+    std::optional<std::chrono::steady_clock::time_point> until_;
     static constexpr std::size_t longest_text = 4096;  // that of the robot has 282 bytes, a line of PRINT 256
 
     bool readable(milliseconds within) const {
@@ -509,7 +563,9 @@ public:
     static constexpr std::size_t longest_text = 253;   ///< data bytes between STX and ETX
     static constexpr std::size_t largest_file = 99999;
 
-    explicit Host(const std::string& address, int port = 1000) : link_(address, port, milliseconds(5000)) {}
+    /// `describe` adds to the message of NoReply.
+    explicit Host(const std::string& address, int port = 1000, std::function<std::string()> describe = {})
+        : link_(address, port, milliseconds(5000)), describe_(std::move(describe)) {}
 
     /// Whether texts begin with STX. The robot answers in kind.
     bool use_stx = true;
@@ -521,26 +577,35 @@ public:
     void servo_on() { command("SO"); }
     void servo_off() { command("BR"); }
     /// RN: starts the selected program, or continues it.
-    void run() { command("RN"); }
+    void start() { command("RN"); }
     void stop() { command("SP"); }
-    void break_off() { command("EC,BREAK"); }
+    void break_motion() { command("EC,BREAK"); }
     void feed_hold() { command("FD"); }
     void select(const std::string& file) { command("SL," + file); }
-    /// RS: PRG, STP, CYC, SIG, SEL or ERR.
-    void reset(const std::string& what = "PRG") { command("RS," + what); }
+    void deselect() { command("RS,SEL"); }
+    void reset_program() { command("RS,PRG"); }
+    void reset_step() { command("RS,STP"); }
+    void reset_cycle() { command("RS,CYC"); }
+    void reset_signals() { command("RS,SIG"); }
+    void reset_alarms() { command("RS,ERR"); }
     void set_override(int percent) { command("EC,OVRD " + std::to_string(percent)); }
     /// EC,MODE: STEP, CYCLE, SEGMENT or CONT.
-    void set_mode(const std::string& mode) { command("EC,MODE " + mode); }
+    void set_run_mode(const std::string& mode) { command("EC,MODE " + mode); }
     /// DO: OK comes when the statement begins; total_status() shows its end.
     void execute(const std::string& statement) { command("DO," + statement); }
-    void set_output(int line, bool on) { command("IW," + std::to_string(line) + (on ? " 1" : " 0")); }
+    /// IW: switches outputs, all of them or none: {{3, true}}.
+    void set_outputs(const std::map<int, bool>& lines) {
+        std::string text = "IW,";
+        for (const auto& [line, on] : lines) text += (text.back() == ',' ? "" : " ") + std::to_string(line) + (on ? " 1" : " 0");
+        command(text);
+    }
     void erase(const std::string& file) { command("ER," + file); }
-    std::string version() { return detail::trimmed(read("VR"), '\r'); }
-    Status status() { return Status::decode(read("SU")); }
+    std::string version() { return detail::trimmed(query("VR"), '\r'); }
+    Status status() { return Status::decode(query("SU")); }
 
     /// MR: the values of a variable of GLOBAL or DATA.
-    std::vector<double> variable(const std::string& name) {
-        std::istringstream text(read("MR," + name + " -1"));
+    std::vector<double> read_variable(const std::string& name) {
+        std::istringstream text(query("MR," + name + " -1"));
         text.imbue(std::locale::classic());
         std::vector<double> values;
         for (double value = 0; text >> value;) values.push_back(value);
@@ -548,7 +613,7 @@ public:
     }
 
     /// MW: writes a variable; one value for an integer or a real.
-    void set_variable(const std::string& name, const std::vector<double>& values) {
+    void write_variable(const std::string& name, const std::vector<double>& values) {
         std::ostringstream text;
         text.imbue(std::locale::classic());
         text << "MW,0 " << name << " -1";
@@ -565,7 +630,7 @@ public:
     /// CA: the files of the RAM drive and their sizes.
     std::map<std::string, int> directory() {
         std::map<std::string, int> files;
-        for (const std::string& record : detail::split(read("CA"), '\r')) {
+        for (const std::string& record : detail::split(query("CA"), '\r')) {
             const std::size_t blank = record.find(' ');
             if (blank != std::string::npos) files[record.substr(0, blank)] = std::atoi(record.c_str() + blank);
         }
@@ -575,7 +640,7 @@ public:
     /// SF. Its data may contain ETX, so its length decides where it ends.
     TotalStatus total_status() {
         ask("SF");
-        std::string head = begin();
+        std::string head = in_time([&] { return begin(); });
         if (head != "FL,") unexpected("SF", head);
         std::string data = link_.read(TotalStatus::scara_bytes);
         const char next = link_.read();
@@ -600,7 +665,7 @@ public:
     }
 
     /// UL: reads a file of the RAM drive.
-    std::string upload(const std::string& file) { return read("UL," + file); }
+    std::string upload(const std::string& file) { return query("UL," + file); }
 
     /// A command that the robot answers with OK; NG is Refused.
     void command(const std::string& text) {
@@ -609,7 +674,7 @@ public:
     }
 
     /// A command that the robot answers with a file or a status, without FL and EOF; NG is Refused.
-    std::string read(const std::string& text) {
+    std::string query(const std::string& text) {
         ask(text);
         std::string part = answer();
         if (part.compare(0, 3, "FL,") != 0) unexpected(text, part);
@@ -630,6 +695,7 @@ public:
             --stops_;
             return;
         }
+        expected_ = "the SP of a stop";
         const std::string text = next();
         if (text != "SP\r") unexpected("waiting for a stop", text);
     }
@@ -637,6 +703,8 @@ public:
 private:
     static constexpr char stx = 0x02, etx = 0x03, eof = 0x1A;
     detail::Connection link_;
+    std::function<std::string()> describe_;
+    std::string expected_;
     std::chrono::steady_clock::time_point heard_{};
     int stops_ = 0;
 
@@ -650,6 +718,7 @@ private:
     void ask(const std::string& command) {
         std::this_thread::sleep_until(heard_ + pause);
         discard();
+        expected_ = "an answer to " + command;
         send(command + "\r");
     }
     /// Drops answers that came too late. An SP among them counts, and half an SP is kept.
@@ -677,10 +746,17 @@ private:
         if (first != stx) throw Error("expected STX, found byte " + std::to_string(static_cast<unsigned char>(first)));
     }
     std::string next() {
-        skip_stx();
-        std::string text = link_.until(etx);
+        std::string text = in_time([&] { return skip_stx(), link_.until(etx); });
         heard();
         return text;
+    }
+    /// What `receive` returns; if nothing comes in time, the message says what was expected.
+    std::string in_time(const std::function<std::string()>& receive) {
+        try {
+            return receive();
+        } catch (const NoReply&) {
+            throw NoReply("the robot did not send " + expected_ + " within " + detail::seconds(link_.timeout) + detail::described(describe_));
+        }
     }
     /// The first three bytes of an answer, or all of an NG; an SP may come before it.
     std::string begin() {
@@ -695,41 +771,282 @@ private:
     }
 };
 
-/// A connection to a SCOL channel: what a program prints, and what its INPUT reads.
+/// The peer of a SCOL channel: what a program prints, and what its INPUT reads, line by line.
 class Channel {
 public:
-    explicit Channel(const std::string& address, int port = 1001) : link_(address, port, milliseconds(5000)) {}
+    /// `name` is for messages, and `describe` adds to that of NoReply.
+    explicit Channel(const std::string& address, int port = 1001, std::string name = "the robot", std::function<std::string()> describe = {})
+        : link_(address, port, milliseconds(5000)), name_(std::move(name)), describe_(std::move(describe)) {}
+    /// How long a line may take: 5 s unless you set it.
     void timeout(milliseconds limit) { link_.timeout = limit; }
+    /// Sends a line; INPUT expects commas between values.
+    void send_line(const std::string& text) { link_.write(text + "\r"); }
     /// The next line that the program prints, without its CR.
-    std::string read_line() { return link_.until('\r'); }
-    /// Sends a text and CR: values have commas between them.
-    void write_line(const std::string& text) { link_.write(text + "\r"); }
+    std::string read_line() { return wait_for_line(""); }
+    /// The next line with this text. Lines before it are dropped; if none comes in time, the message of NoReply has them.
+    std::string wait_for_line(const std::string& text) {
+        std::string instead;
+        link_.limit(std::chrono::steady_clock::now() + link_.timeout);
+        try {
+            for (;;) {
+                std::string line = link_.until('\r');
+                if (line.find(text) != std::string::npos) return link_.limit({}), line;
+                instead += (instead.empty() ? "`" : ", `") + line + "`";
+            }
+        } catch (const NoReply&) {
+            link_.limit({});
+            throw NoReply(name_ + " printed no line" + (text.empty() ? "" : " with `" + text + "`") + " within " + detail::seconds(link_.timeout) + ", but " +
+                          (instead.empty() ? "nothing" : instead) + detail::described(describe_));
+        }
+    }
 
 private:
     detail::Connection link_;
+    const std::string name_;
+    const std::function<std::string()> describe_;
 };
 
 enum class Severity { note, warning, error };
 
-/// A protocol mistake of a host.
-struct Finding {
-    std::string rule, port, message, remedy;
-    /// The fault that has caused it; empty if the host has.
-    std::string caused_by;
-    Severity severity = Severity::note;
+namespace detail {
 
-    explicit Finding(const Json& finding)
-        : rule(finding["rule"].as_string()), port(finding["port"].is_null() ? "" : finding["port"].as_string()),
-          message(finding["message"].as_string()), remedy(finding["remedy"].as_string()) {
-        if (finding.has("caused-by")) caused_by = finding["caused-by"].as_string();
-        const std::string& word = finding["severity"].as_string();
-        severity = word == "error" ? Severity::error : word == "warning" ? Severity::warning : Severity::note;
-    }
-    std::string text() const {
-        static const char* const words[] = {"note", "warning", "error"};
-        return port + ": " + message + " (" + rule + ", " + words[static_cast<int>(severity)] + "). " + remedy;
-    }
+/// A member of a document, or an empty value if it has none.
+template <typename T>
+T member(const Json& document, const char* name) {
+    if (!document.has(name) || document[name].is_null()) return {};
+    const Json& value = document[name];
+    if constexpr (std::is_same_v<T, bool>) return value.as_bool();
+    else if constexpr (std::is_same_v<T, double>) return value.as_double();
+    else if constexpr (std::is_same_v<T, int>) return value.as_int();
+    else if constexpr (std::is_same_v<T, std::string>) return value.as_string();
+    else if constexpr (std::is_same_v<T, Severity>) return value.as_string() == "error" ? Severity::error : value.as_string() == "warning" ? Severity::warning : Severity::note;
+    else return value.as_doubles();
+}
+
+}  // namespace detail
+
+// generated: Written by clients/generate.py from the OpenAPI document. Do not edit.
+/// The selected program.
+struct Program {
+    std::string file;  ///< The selected file; empty when none is.
+    std::string status;  ///< Execution status.
+    int line;  ///< Current line of the file; 0 when no file is selected.
+    explicit Program(const Json& json)
+        : file(detail::member<std::string>(json, "file")),
+          status(detail::member<std::string>(json, "status")),
+          line(detail::member<int>(json, "line")) {}
 };
+/// An alarm, with its cause and its remedy.
+struct Alarm {
+    std::string number;  ///< `level-code`.
+    int level;  ///< 8 the worst, 1 a warning.
+    std::string text;  ///< What the operator reads.
+    std::string cause;  ///< What brought it about.
+    std::string remedy;  ///< What to do.
+    std::string at;  ///< Date and time, `YYYY-MM-DD HH:MM:SS`.
+    explicit Alarm(const Json& json)
+        : number(detail::member<std::string>(json, "number")),
+          level(detail::member<int>(json, "level")),
+          text(detail::member<std::string>(json, "text")),
+          cause(detail::member<std::string>(json, "cause")),
+          remedy(detail::member<std::string>(json, "remedy")),
+          at(detail::member<std::string>(json, "at")) {}
+};
+/// A mistake of a host, or what a fault has caused; docs/reference/findings.md lists the rules.
+struct Finding {
+    std::string rule;  ///< Name of the rule of a finding.
+    Severity severity;  ///< How much a finding matters; `note` if a fault has caused it.
+    std::string message;  ///< What happened.
+    std::string remedy;  ///< What to do about a finding.
+    double t;  ///< Virtual time in seconds.
+    std::string port;  ///< The port it concerns.
+    std::string text;  ///< Bytes as text, control codes by name: `<STX>SO<CR><ETX>`. Of an alarm and the pendant the words themselves.
+    std::string caused_by;  ///< The fault that has caused a finding, with its kind; absent if the host has.
+    explicit Finding(const Json& json)
+        : rule(detail::member<std::string>(json, "rule")),
+          severity(detail::member<Severity>(json, "severity")),
+          message(detail::member<std::string>(json, "message")),
+          remedy(detail::member<std::string>(json, "remedy")),
+          t(detail::member<double>(json, "t")),
+          port(detail::member<std::string>(json, "port")),
+          text(detail::member<std::string>(json, "text")),
+          caused_by(detail::member<std::string>(json, "caused-by")) {}
+};
+/// A fault and its outcome.
+struct Fault {
+    int id;  ///< Its number.
+    std::string kind;  ///< Its kind.
+    std::string spec;  ///< As text, like `--fault`.
+    bool armed;  ///< Whether it can still trigger.
+    int seen;  ///< Matches while it was armed.
+    int fired;  ///< How often it triggered.
+    std::vector<double> at;  ///< When it triggered, in seconds of virtual time; the first hundred.
+    explicit Fault(const Json& json)
+        : id(detail::member<int>(json, "id")),
+          kind(detail::member<std::string>(json, "kind")),
+          spec(detail::member<std::string>(json, "spec")),
+          armed(detail::member<bool>(json, "armed")),
+          seen(detail::member<int>(json, "seen")),
+          fired(detail::member<int>(json, "fired")),
+          at(detail::member<std::vector<double>>(json, "at")) {}
+};
+/// The virtual time and how it passes.
+struct Clock {
+    std::string mode;  ///< How time passes: `real`, `xN`, `stepped`, `auto`.
+    double now;  ///< Virtual time in seconds since the emulator was started or reset.
+    std::string calendar;  ///< Date and time as the error history writes them.
+    explicit Clock(const Json& json)
+        : mode(detail::member<std::string>(json, "mode")),
+          now(detail::member<double>(json, "now")),
+          calendar(detail::member<std::string>(json, "calendar")) {}
+};
+/// The end of a wait.
+struct Reached {
+    double now;  ///< Virtual time then, in seconds.
+    double passed;  ///< Virtual time that passed meanwhile, in seconds.
+    explicit Reached(const Json& json)
+        : now(detail::member<double>(json, "now")),
+          passed(detail::member<double>(json, "passed")) {}
+};
+/// Joints in degrees (the third of a SCARA in mm), and the tool point in the world in mm and degrees.
+struct Pose {
+    std::vector<double> joints;  ///< Joint values: degrees, of the SCARA's third axis mm.
+    std::vector<double> world;  ///< The tool point in world: X Y Z A B C U V, of a SCARA X Y Z C T; mm and degrees.
+    bool moving;  ///< A motion is under way or held.
+    double percent;  ///< Percentage of it completed; 100 when none is under way.
+    explicit Pose(const Json& json)
+        : joints(detail::member<std::vector<double>>(json, "joints")),
+          world(detail::member<std::vector<double>>(json, "world")),
+          moving(detail::member<bool>(json, "moving")),
+          percent(detail::member<double>(json, "percent")) {}
+};
+
+namespace detail {
+
+/// Method and URI template of an operation; empty if there is no such operation.
+inline std::string operation(const std::string& name) {
+    static const std::map<std::string, std::string> all = {
+        {"get_alarms", "GET /alarms"},
+        {"raise_alarm", "POST /alarms"},
+        {"reset_alarms", "POST /alarms/reset"},
+        {"get_alarm_table", "GET /alarms/table"},
+        {"get_alarm_row", "GET /alarms/table/{number}"},
+        {"get_arm", "GET /arm"},
+        {"get_pose", "GET /arm/pose"},
+        {"get_battery", "GET /battery"},
+        {"put_battery", "PUT /battery"},
+        {"get_breakpoints", "GET /breakpoints"},
+        {"put_breakpoints", "PUT /breakpoints"},
+        {"get_channels", "GET /channels"},
+        {"get_channel", "GET /channels/{port}"},
+        {"drop_peer", "POST /channels/{port}/drop"},
+        {"inject_bytes", "POST /channels/{port}/inject"},
+        {"check_program", "POST /check"},
+        {"get_clock", "GET /clock"},
+        {"put_clock", "PUT /clock"},
+        {"advance_time", "POST /clock/advance"},
+        {"advance_time_until", "POST /clock/advance-until"},
+        {"get_control_right", "GET /control-right"},
+        {"put_control_right", "PUT /control-right"},
+        {"get_coverage", "GET /coverage"},
+        {"decode_text", "POST /decode"},
+        {"get_emergency_stop", "GET /emergency-stop"},
+        {"put_emergency_stop", "PUT /emergency-stop"},
+        {"get_events", "GET /events{?since,count}"},
+        {"get_faults", "GET /faults"},
+        {"arm_fault", "POST /faults"},
+        {"clear_faults", "DELETE /faults"},
+        {"get_fault_kinds", "GET /faults/kinds"},
+        {"get_fault", "GET /faults/{number}"},
+        {"disarm_fault", "DELETE /faults/{number}"},
+        {"get_feed_hold", "GET /feed-hold"},
+        {"put_feed_hold", "PUT /feed-hold"},
+        {"press_feed_hold", "POST /feed-hold/press"},
+        {"get_files", "GET /files"},
+        {"get_file", "GET /files/{name}"},
+        {"put_file", "PUT /files/{name}"},
+        {"delete_file", "DELETE /files/{name}"},
+        {"select_file", "POST /files/{name}/select"},
+        {"get_findings", "GET /findings"},
+        {"get_health", "GET /health"},
+        {"get_inputs", "GET /inputs"},
+        {"get_input", "GET /inputs/{line}"},
+        {"put_input", "PUT /inputs/{line}"},
+        {"force_input", "PUT /inputs/{line}/force"},
+        {"release_input", "DELETE /inputs/{line}/force"},
+        {"pulse_input", "POST /inputs/{line}/pulse"},
+        {"jog_arm", "POST /jog"},
+        {"stop_jog", "POST /jog/stop"},
+        {"get_key_switch", "GET /key-switch"},
+        {"put_key_switch", "PUT /key-switch"},
+        {"get_lines", "GET /lines"},
+        {"get_machine_lock", "GET /machine-lock"},
+        {"put_machine_lock", "PUT /machine-lock"},
+        {"get_metrics", "GET /metrics"},
+        {"get_outputs", "GET /outputs"},
+        {"get_output", "GET /outputs/{line}"},
+        {"put_output", "PUT /outputs/{line}"},
+        {"force_output", "PUT /outputs/{line}/force"},
+        {"release_output", "DELETE /outputs/{line}/force"},
+        {"pulse_output", "POST /outputs/{line}/pulse"},
+        {"get_override", "GET /override"},
+        {"put_override", "PUT /override"},
+        {"get_parameters", "GET /parameters"},
+        {"get_pendant", "GET /pendant"},
+        {"press_keys", "POST /pendant/keys"},
+        {"get_positions", "GET /positions"},
+        {"get_position", "GET /positions/{name}"},
+        {"put_position", "PUT /positions/{name}"},
+        {"teach_position", "POST /positions/{name}/teach"},
+        {"get_power", "GET /power"},
+        {"power_cycle", "POST /power/cycle"},
+        {"power_off", "POST /power/off"},
+        {"power_on", "POST /power/on"},
+        {"get_program", "GET /program"},
+        {"run_program_to", "POST /program/run-to"},
+        {"start_program", "POST /program/start"},
+        {"step_program", "POST /program/step"},
+        {"stop_program", "POST /program/stop"},
+        {"reset_emulator", "POST /reset"},
+        {"get_robots", "GET /robots"},
+        {"get_robot", "GET /robots/{name}"},
+        {"get_run_mode", "GET /run-mode"},
+        {"put_run_mode", "PUT /run-mode"},
+        {"get_safety_switch", "GET /safety-switch"},
+        {"put_safety_switch", "PUT /safety-switch"},
+        {"get_scenario", "GET /scenario"},
+        {"get_servo", "GET /servo"},
+        {"put_servo", "PUT /servo"},
+        {"get_snapshot", "GET /snapshot"},
+        {"load_snapshot", "PUT /snapshot"},
+        {"get_snapshots", "GET /snapshots"},
+        {"get_named_snapshot", "GET /snapshots/{name}"},
+        {"put_snapshot", "PUT /snapshots/{name}"},
+        {"delete_snapshot", "DELETE /snapshots/{name}"},
+        {"restore_snapshot", "POST /snapshots/{name}/restore"},
+        {"get_state", "GET /state"},
+        {"get_status_frame", "GET /status-frame"},
+        {"get_transcript", "GET /transcript{?format}"},
+        {"get_variables", "GET /variables"},
+        {"get_variable", "GET /variables/{name}"},
+        {"put_variable", "PUT /variables/{name}"},
+        {"get_version", "GET /version"},
+        {"wait_until", "POST /wait"},
+        {"get_wires", "GET /wires"},
+        {"put_outside", "PUT /wires/outside/{name}"},
+    };
+    const auto found = all.find(name);
+    return found == all.end() ? "" : found->second;
+}
+
+}  // namespace detail
+// end of generated
+
+/// A finding in two sentences.
+inline std::string describe(const Finding& finding) {
+    static const char* const words[] = {"note", "warning", "error"};
+    return finding.port + ": " + finding.message + " (" + finding.rule + ", " + words[static_cast<int>(finding.severity)] + "). " + finding.remedy;
+}
 
 /// The control interface of the emulator. A call returns when its effect is there; call() reaches what has no method.
 class Robot {
@@ -746,92 +1063,262 @@ public:
         base_ = slash == std::string::npos ? "" : detail::trimmed(url.substr(slash), '/');
     }
 
-    /// Everything at one moment.
-    Json state() const { return call("GET", "/state"); }
-    void press_emergency_stop() const { put("/emergency-stop", "{\"pressed\":true}"); }
-    void release_emergency_stop() const { put("/emergency-stop", "{\"pressed\":false}"); }
-    void set_safety_switch(bool open) const { put("/safety-switch", member("open", open)); }
-    /// teaching, internal or ext.
-    void turn_key_switch(const std::string& position) const { put("/key-switch", member("position", position)); }
-    /// sig, rs232c or ether.
-    void set_control_right(const std::string& holder) const { put("/control-right", member("holder", holder)); }
-    void set_servo(bool on) const { put("/servo", member("on", on)); }
-    void set_feed_hold(bool on) const { put("/feed-hold", member("on", on)); }
-    void set_override(int percent) const { put("/override", member("percent", double(percent))); }
-    void start_program() const { post("/program/start"); }
-    void stop_program() const { post("/program/stop"); }
-    /// The active alarms, oldest first: 2-046.
-    std::vector<std::string> alarms() const {
-        std::vector<std::string> numbers;
-        const Json all = call("GET", "/alarms");
-        for (const Json& alarm : all["active"].elements()) numbers.push_back(alarm["number"].as_string());
-        return numbers;
-    }
-    void raise_alarm(const std::string& number) const { post("/alarms", member("number", number)); }
-    void reset_alarms() const { post("/alarms/reset"); }
-    bool input(int line) const { return call("GET", "/inputs/" + std::to_string(line))["on"].as_bool(); }
-    void set_input(int line, bool on) const { put("/inputs/" + std::to_string(line), member("on", on)); }
-    bool output(int line) const { return call("GET", "/outputs/" + std::to_string(line))["on"].as_bool(); }
-    std::vector<double> variable(const std::string& name) const { return call("GET", "/variables/" + encoded(name))["value"].as_doubles(); }
-    void set_variable(const std::string& name, double value) const { put("/variables/" + encoded(name), member("value", value)); }
-    void put_file(const std::string& name, const std::string& text) const { put("/files/" + encoded(name), member("text", text)); }
-    std::string file(const std::string& name) const { return call("GET", "/files/" + encoded(name))["text"].as_string(); }
-    void select(const std::string& name) const { post("/files/" + encoded(name) + "/select"); }
-    double now() const { return call("GET", "/clock")["now"].as_double(); }
-    /// real, x10, stepped or auto.
-    void set_time(const std::string& mode) const { put("/clock", member("mode", mode)); }
-    void advance(double seconds) const { post("/clock/advance", member("seconds", seconds)); }
-    /// Advances virtual time until a condition is met, such as "output 5 on"; whether it was, within so many seconds.
-    bool advance_until(const std::string& condition, double within) const { return wait("/clock/advance-until", condition, within); }
-    bool wait_until(const std::string& condition, double within) const { return wait("/wait", condition, within); }
-    void power_off() const { post("/power/off"); }
-    void power_on() const { post("/power/on"); }
-    /// Arms a fault: no-reply:command=SU.
-    void arm_fault(const std::string& spec) const { post("/faults", member("spec", spec)); }
-    void drop_peer(const std::string& port) const { post("/channels/" + port + "/drop"); }
-    void take_snapshot(const std::string& name) const { put("/snapshots/" + encoded(name), "{}"); }
-    void restore(const std::string& name) const { post("/snapshots/" + encoded(name) + "/restore"); }
-    /// As when the emulator was started. Hosts are disconnected; findings and the transcript begin anew.
-    void reset() const { post("/reset"); }
-    /// The protocol mistakes of hosts since the start or the last reset.
-    std::vector<Finding> findings() const {
-        std::vector<Finding> all;
-        const Json list = call("GET", "/findings");
-        for (const Json& finding : list.elements()) all.emplace_back(finding);
-        return all;
-    }
-    /// What went over the ports since the start or the last reset.
-    std::string transcript() const { return request("GET", "/transcript?format=text", ""); }
+    /// The URL of the control interface.
+    std::string url() const { return "http://" + address_ + ":" + std::to_string(port_) + base_; }
 
-    /// A call: GET, PUT, POST or DELETE, a path such as /state, and JSON text or nothing.
-    Json call(const std::string& method, const std::string& path, const std::string& body = "") const { return Json::parse(request(method, path, body)); }
+    /// Makes a call by its operation in the OpenAPI document: call("put_input", {{"line", 5}, {"on", true}}). The arguments are the
+    /// parameters of the path and the query, and the fields of the body. An answer that is no JSON comes as a string.
+    Json call(const std::string& operation, Json::Members values = {}) const {
+        const std::string row = detail::operation(operation);
+        if (row.empty()) throw Error("unknown operation " + operation);
+        const std::size_t blank = row.find(' '), query = std::min(row.find("{?"), row.size());
+        const std::string method = row.substr(0, blank);
+        std::string path;
+        for (std::size_t at = blank + 1; at < query; ++at) {
+            if (row[at] != '{') {
+                path += row[at];
+                continue;
+            }
+            const std::string name = row.substr(at + 1, row.find('}', at) - at - 1);
+            if (values.count(name) == 0) throw Error(operation + " needs the argument " + name);
+            path += encoded(plain(values.extract(name).mapped()));
+            at += name.size() + 1;
+        }
+        char between = '?';
+        for (const std::string& name : detail::split(query < row.size() ? row.substr(query + 2, row.size() - query - 3) : "", ','))
+            if (values.count(name) != 0) path += std::exchange(between, '&') + name + "=" + encoded(plain(values.extract(name).mapped()));
+        const bool body = method == "PUT" || method == "POST";
+        if (!body && !values.empty()) throw Error(operation + " has no argument " + values.begin()->first);
+        return request(method, path, body ? Json(std::move(values)).text() : "");
+    }
+
+    // Settings
+    /// teaching, internal or ext.
+    std::string key_switch() const { return call("get_key_switch")["position"].as_string(); }
+    void set_key_switch(const std::string& position) const { call("put_key_switch", {{"position", position}}); }
+    /// sig, rs232c or ether.
+    std::string control_right() const { return call("get_control_right")["holder"].as_string(); }
+    void set_control_right(const std::string& holder) const { call("put_control_right", {{"holder", holder}}); }
+    bool emergency_stop() const { return call("get_emergency_stop")["pressed"].as_bool(); }
+    void set_emergency_stop(bool pressed) const { call("put_emergency_stop", {{"pressed", pressed}}); }
+    bool safety_switch_open() const { return call("get_safety_switch")["open"].as_bool(); }
+    void set_safety_switch_open(bool open) const { call("put_safety_switch", {{"open", open}}); }
+    bool servo() const { return call("get_servo")["on"].as_bool(); }
+    void set_servo(bool on) const { call("put_servo", {{"on", on}}); }
+    bool feed_hold() const { return call("get_feed_hold")["on"].as_bool(); }
+    void set_feed_hold(bool on) const { call("put_feed_hold", {{"on", on}}); }
+    bool machine_lock() const { return call("get_machine_lock")["on"].as_bool(); }
+    void set_machine_lock(bool on) const { call("put_machine_lock", {{"on", on}}); }
+    bool battery_low() const { return call("get_battery")["low"].as_bool(); }
+    void set_battery_low(bool low) const { call("put_battery", {{"low", low}}); }
+    int override() const { return call("get_override")["percent"].as_int(); }
+    void set_override(int percent) const { call("put_override", {{"percent", percent}}); }
+    /// continuous, cycle, step or segment.
+    std::string run_mode() const { return call("get_run_mode")["mode"].as_string(); }
+    void set_run_mode(const std::string& mode) const { call("put_run_mode", {{"mode", mode}}); }
+    std::vector<double> breakpoints() const { return call("get_breakpoints")["lines"].as_doubles(); }
+    void set_breakpoints(const std::vector<int>& lines) const { call("put_breakpoints", {{"lines", lines}}); }
+    /// real, x10, stepped or auto.
+    std::string time_mode() const { return clock().mode; }
+    void set_time_mode(const std::string& mode) const { call("put_clock", {{"mode", mode}}); }
+
+    // Panel, program, arm
+    /// Everything at one moment.
+    Json state() const { return call("get_state"); }
+    /// Presses the button, which turns feed hold on or off.
+    void press_feed_hold() const { call("press_feed_hold"); }
+    void power_off() const { call("power_off"); }
+    void power_on() const { call("power_on"); }
+    void power_cycle() const { call("power_cycle"); }
+    /// As when the emulator was started. Hosts are disconnected; findings and the transcript begin anew.
+    void reset() const { call("reset_emulator"); }
+    void reset(const std::string& time_mode) const { call("reset_emulator", {{"mode", time_mode}}); }
+    Program program() const { return Program(call("get_program")); }
+    /// running, stop (reset), stop (retry) or stop (continue).
+    std::string status() const { return program().status; }
+    void select(const std::string& name) const { call("select_file", {{"name", name}}); }
+    void start_program() const { call("start_program"); }
+    void stop_program() const { call("stop_program"); }
+    void step_program() const { call("step_program"); }
+    /// Runs the program and stops before this line.
+    void run_to(int line) const { call("run_program_to", {{"line", line}}); }
+    /// What programs have printed on the teach pendant.
+    std::string pendant() const { return call("get_pendant")["text"].as_string(); }
+    /// Types at the teach pendant, for INPUT without a channel; \r ends a value.
+    void type_keys(const std::string& keys) const { call("press_keys", {{"keys", keys}}); }
+    /// Presses a key that moves the arm, plus or minus, until stop_jog() or for one step.
+    void jog(int axis, const std::string& direction, const std::string& coordinates = "joint", const std::string& speed = "slow", bool inching = false) const {
+        call("jog_arm", {{"axis", axis}, {"direction", direction}, {"coordinates", coordinates}, {"speed", speed}, {"inching", inching}});
+    }
+    void stop_jog() const { call("stop_jog"); }
+    Pose pose() const { return Pose(call("get_pose")); }
+
+    // Alarms and faults
+    /// The active alarms, oldest first.
+    std::vector<Alarm> alarms() const { return all<Alarm>(call("get_alarms")["active"]); }
+    /// The error history, newest first.
+    std::vector<Alarm> alarm_history() const { return all<Alarm>(call("get_alarms")["history"]); }
+    void raise_alarm(const std::string& number, const std::string& detail = "") const { call("raise_alarm", {{"number", number}, {"detail", detail}}); }
+    void reset_alarms() const { call("reset_alarms"); }
+    std::vector<Fault> faults() const { return all<Fault>(call("get_faults")["faults"]); }
+    /// Arms a fault: no-reply:command=SU.
+    void arm_fault(const std::string& spec) const { call("arm_fault", {{"spec", spec}}); }
+    void disarm_fault(int id) const { call("disarm_fault", {{"number", id}}); }
+    void clear_faults() const { call("clear_faults"); }
+
+    // Lines, variables, files
+    bool input(int line) const { return call("get_input", {{"line", line}})["on"].as_bool(); }
+    /// The numbers of the inputs that are on.
+    std::vector<double> inputs() const { return call("get_inputs")["on"].as_doubles(); }
+    void set_input(int line, bool on) const { call("put_input", {{"line", line}, {"on", on}}); }
+    /// Sets a line and sets it back after this much virtual time.
+    void pulse_input(int line, double seconds, bool on = true) const { call("pulse_input", {{"line", line}, {"seconds", seconds}, {"on", on}}); }
+    /// The line shows this state, whatever drives it, until it is released.
+    void force_input(int line, bool on) const { call("force_input", {{"line", line}, {"on", on}}); }
+    void release_input(int line) const { call("release_input", {{"line", line}}); }
+    bool output(int line) const { return call("get_output", {{"line", line}})["on"].as_bool(); }
+    std::vector<double> outputs() const { return call("get_outputs")["on"].as_doubles(); }
+    void set_output(int line, bool on) const { call("put_output", {{"line", line}, {"on", on}}); }
+    void pulse_output(int line, double seconds, bool on = true) const { call("pulse_output", {{"line", line}, {"seconds", seconds}, {"on", on}}); }
+    void force_output(int line, bool on) const { call("force_output", {{"line", line}, {"on", on}}); }
+    void release_output(int line) const { call("release_output", {{"line", line}}); }
+    /// The values of a variable of the selected file.
+    std::vector<double> variable(const std::string& name) const { return call("get_variable", {{"name", name}})["value"].as_doubles(); }
+    Json variables() const { return call("get_variables"); }
+    /// Sets a variable; with `restore` also in its file.
+    void set_variable(const std::string& name, const Json& value, bool restore = false) const { call("put_variable", {{"name", name}, {"value", value}, {"restore", restore}}); }
+    std::vector<double> position(const std::string& name) const { return call("get_position", {{"name", name}})["value"].as_doubles(); }
+    Json positions() const { return call("get_positions"); }
+    void set_position(const std::string& name, const std::vector<double>& value, bool restore = false) const {
+        call("put_position", {{"name", name}, {"value", value}, {"restore", restore}});
+    }
+    /// A position becomes the present one.
+    void teach(const std::string& name, bool restore = false) const { call("teach_position", {{"name", name}, {"restore", restore}}); }
+    std::string file(const std::string& name) const { return call("get_file", {{"name", name}})["text"].as_string(); }
+    /// The names of the files of the RAM drive.
+    std::vector<std::string> files() const { return names(call("get_files")["files"]); }
+    void put_file(const std::string& name, const std::string& text) const { call("put_file", {{"name", name}, {"text", text}}); }
+    void erase_file(const std::string& name) const { call("delete_file", {{"name", name}}); }
+
+    // Ports
+    /// Where ip0 to ip3, or a serial line that is served as bare TCP, accepts a connection.
+    std::pair<std::string, int> address(const std::string& port = "ip0") const {
+        const Json document = call("get_robots");
+        const std::vector<Json>& rows = document["robots"].elements();
+        const std::size_t slash = base_.rfind('/');
+        auto row = std::find_if(rows.begin(), rows.end(), [&](const Json& one) { return slash != std::string::npos && base_.substr(slash + 1) == encoded(one["name"].as_string()); });
+        if (row == rows.end()) row = rows.begin();
+        const std::string group = (*row)["ports"].has(port) ? "ports" : "serial";
+        if (!row->has(group) || !(*row)[group].has(port)) throw Error(port + " has no TCP address");
+        std::string place = (*row)[group][port].as_string();
+        place = place.substr(place.find("://") == std::string::npos ? 0 : place.find("://") + 3);
+        const std::size_t colon = place.rfind(':');
+        const std::string host = place.substr(0, colon);
+        // An address of all interfaces is reached where the control interface is.
+        return {host == "0.0.0.0" || host == "[::]" ? address_ : host, std::atoi(place.c_str() + colon + 1)};
+    }
+    /// A host that is connected to IP0.
+    Host host() const {
+        const auto [host, port] = address();
+        return Host(host, port, [robot = *this] { return robot.describe(); });
+    }
+    /// A peer that is connected to ip1 or ip2, or to com1 where it is served as bare TCP.
+    Channel channel(const std::string& name = "ip1") const {
+        const auto [host, port] = address(name);
+        return Channel(host, port, upper(name), [robot = *this] { return robot.describe(); });
+    }
+    /// A communication port (HOST, COM1, IP0 to IP3): its peer, its exchange, its buffer.
+    Json channel_state(const std::string& port) const { return call("get_channel", {{"port", upper(port)}}); }
+    /// Text as if the peer of a SCOL channel had sent it.
+    void inject(const std::string& port, const std::string& text) const { call("inject_bytes", {{"port", upper(port)}, {"text", text}}); }
+    /// Closes the connection of the peer of a port.
+    void drop_peer(const std::string& port) const { call("drop_peer", {{"port", upper(port)}}); }
+
+    // Time, snapshots, records
+    Clock clock() const { return Clock(call("get_clock")); }
+    /// Advances a stopped clock.
+    void advance(double seconds) const { call("advance_time", {{"seconds", seconds}, {"wall", wall_seconds}}); }
+    /// Advances a stopped clock until a condition is met, such as "output 5 on". Throws NotReached after so many seconds of virtual time.
+    Reached advance_until(const std::string& condition, double within = 60) const { return await("advance_time_until", condition, within); }
+    /// Waits for a condition while time passes by itself. Throws NotReached.
+    Reached wait(const std::string& condition, double within = 60) const { return await("wait_until", condition, within); }
+    std::vector<std::string> snapshots() const { return names(call("get_snapshots")["snapshots"]); }
+    void take_snapshot(const std::string& name) const { call("put_snapshot", {{"name", name}}); }
+    /// Returns to a snapshot; hosts stay connected, findings and transcript go on.
+    void restore_snapshot(const std::string& name) const { call("restore_snapshot", {{"name", name}}); }
+    void delete_snapshot(const std::string& name) const { call("delete_snapshot", {{"name", name}}); }
+    /// The mistakes of hosts since the start or the last reset, oldest first.
+    std::vector<Finding> findings() const { return all<Finding>(call("get_findings")); }
+    /// What went over the ports since the start or the last reset.
+    std::string transcript() const { return call("get_transcript", {{"format", "text"}}).as_string(); }
+
+    /// Clock, program, alarms, outputs and the last printed lines in a sentence, for the message of a test that fails.
+    std::string describe() const {
+        const Json now = state();
+        const std::string mode = now["time_mode"].as_string(), file = now["file"].as_string();
+        std::string text = "the clock " + (mode == "stepped" ? "is stepped and stopped at " : "runs (" + mode + ") and is at ") + Json::number(now["t"].as_double()) + " s; ";
+        text += file.empty() ? "no file is selected" : file + " is " + now["status"].as_string() + ", line " + std::to_string(now["line"].as_int());
+        for (const Json& task : now["tasks"].elements())
+            if (!file.empty() && task.has("reads")) text += ", an INPUT waits for " + task["reads"].as_string();
+        std::string alarms, outputs, printed, pendant;
+        for (const Json& alarm : now["alarms"].elements()) alarms += " " + alarm["number"].as_string();
+        for (double line : now["outputs"]["on"].as_doubles()) outputs += " " + Json::number(line);
+        std::map<std::string, std::string> last;
+        for (const std::string& line : detail::split(transcript(), '\n'))
+            for (const char* port : {"COM1 ", "IP1 ", "IP2 "})
+                if (line.compare(0, 2, "< ") == 0 && line.compare(2, std::strlen(port), port) == 0) last[port] = line.substr(2 + std::strlen(port));
+        for (const auto& [port, line] : last) printed += port + "printed " + line + ", ";
+        for (const std::string& line : detail::split(now["pendant"].as_string(), '\n')) pendant = detail::trimmed(line, '\r');
+        return text + "; alarms:" + (alarms.empty() ? " none" : alarms) + "; outputs on:" + (outputs.empty() ? " none" : outputs) + "; " + printed + "the pendant " +
+               (printed.empty() ? "printed " : "") + (pendant.empty() ? "nothing" : pendant);
+    }
 
 private:
-    static constexpr milliseconds longest_call{60000};  // a call may wait 30 s unless it says otherwise
+    static constexpr milliseconds longest_call{60000};
+    static constexpr int wall_seconds = 30, too_long = 408;
     static constexpr std::size_t longest_answer = 256u << 20;
     std::string address_, base_, token_;
     int port_ = 0;
 
-    static std::string member(const char* name, const std::string& text) { return std::string("{\"") + name + "\":" + Json::quote(text) + "}"; }
-    static std::string member(const char* name, bool on) { return std::string("{\"") + name + (on ? "\":true}" : "\":false}"); }
-    static std::string member(const char* name, double value) { return std::string("{\"") + name + "\":" + Json::number(value) + "}"; }
+    template <typename T>
+    static std::vector<T> all(const Json& list) {
+        std::vector<T> records;
+        for (const Json& row : list.elements()) records.emplace_back(row);
+        return records;
+    }
+    static std::vector<std::string> names(const Json& list) {
+        std::vector<std::string> words;
+        for (const Json& row : list.elements()) words.push_back(row["name"].as_string());
+        return words;
+    }
+    static std::string upper(std::string word) {
+        std::transform(word.begin(), word.end(), word.begin(), [](unsigned char letter) { return static_cast<char>(std::toupper(letter)); });
+        return word;
+    }
+    static std::string plain(const Json& value) { return value.type() == Json::Type::string ? value.as_string() : value.text(); }
     static std::string encoded(const std::string& name) {
         std::string text;
         for (char letter : name) {
             char code[4];
             std::snprintf(code, sizeof code, "%%%02X", static_cast<unsigned>(static_cast<unsigned char>(letter)));
-            text += std::isalnum(static_cast<unsigned char>(letter)) != 0 ? std::string(1, letter) : std::string(code);
+            text += std::isalnum(static_cast<unsigned char>(letter)) != 0 || letter == '-' ? std::string(1, letter) : std::string(code);
         }
         return text;
     }
-    void put(const std::string& path, const std::string& body) const { call("PUT", path, body); }
-    Json post(const std::string& path, const std::string& body = "{}") const { return call("POST", path, body); }
-    bool wait(const std::string& path, const std::string& condition, double within) const {
-        return post(path, "{\"condition\":" + Json::quote(condition) + ",\"within\":" + Json::number(within) + "}")["reached"].as_bool();
+    Reached await(const std::string& operation, const std::string& condition, double within) const {
+        std::string limit = Json::number(within) + " s of virtual time";
+        try {
+            const Json result = call(operation, {{"condition", condition}, {"within", within}, {"wall", wall_seconds}});
+            if (result["reached"].as_bool()) return Reached(result);
+        } catch (const ControlError& error) {
+            if (error.status != too_long) throw;
+            limit = std::to_string(wall_seconds) + " s of wall-clock time";
+        }
+        throw NotReached("`" + condition + "` was not met within " + limit + ": " + describe());
     }
 
     /// One connection for each request: the answer ends where the emulator closes it.
-    std::string request(const std::string& method, const std::string& path, const std::string& body) const {
+    Json request(const std::string& method, const std::string& path, const std::string& body) const {
         detail::Connection link(address_, port_, longest_call);
         std::string head = method + " " + base_ + path + " HTTP/1.1\r\nHost: " + address_ + ":" + std::to_string(port_) + "\r\nConnection: close\r\n";
         if (!token_.empty()) head += "Authorization: Bearer " + token_ + "\r\n";
@@ -851,9 +1338,10 @@ private:
         const std::size_t length = fields.find("\r\ncontent-length: ");
         if (length != std::string::npos && std::strtoul(fields.c_str() + length + 18, nullptr, 10) != content.size()) throw Error(path + ": the answer was cut off");
         const int status = std::atoi(answer.c_str() + answer.find(' '));
-        if (status >= 200 && status < 300) return content;
+        const bool is_json = fields.find("\r\ncontent-type: application/json") != std::string::npos;
+        if (status >= 200 && status < 300) return is_json ? Json::parse(content) : Json(content);
         std::string reason = method + " " + path + ": HTTP status " + std::to_string(status);
-        if (fields.find("application/json") != std::string::npos) {
+        if (is_json) {
             const Json problem = Json::parse(content);
             if (problem.has("error")) reason = problem["error"].as_string();
         }
@@ -872,7 +1360,7 @@ private:
     }
 };
 
-/// A running `ts3100 serve` on free ports. Its log goes to the stderr of the test.
+/// A running `ts3100 serve` on free ports.
 class Process {
 public:
     /// Options of `ts3100 serve`; variables that set options have no effect. The binary is that of TS3100_BINARY, otherwise `ts3100` in PATH.
@@ -895,17 +1383,28 @@ public:
     std::string control_url() const { return ready_["control"].as_string(); }
     /// The TCP port of ip0 to ip3.
     int port(const std::string& channel) const { return ready_["ports"][channel].as_int(); }
+    /// The log of the emulator so far.
+    std::string log() const {
+        std::string text;
+        if (std::FILE* const file = std::fopen(log_.c_str(), "rb")) {
+            char piece[4096];
+            for (std::size_t count = std::fread(piece, 1, sizeof piece, file); count > 0; count = std::fread(piece, 1, sizeof piece, file)) text.append(piece, count);
+            std::fclose(file);
+        }
+        return text;
+    }
 
 private:
     // It is up in milliseconds; a machine under load takes longer.
     static constexpr milliseconds start_limit{20000}, end_limit{5000}, look{10};
     static constexpr std::size_t longest_line = 65536;
     Json ready_;
+    std::string log_;
 
     // A variable such as TS3100_DRIVE is a setting too; tests say their settings to the constructor.
     static bool is_setting(const char* variable) { return std::strncmp(variable, "TS3100_", 7) == 0; }
-    [[noreturn]] static void not_ready() {
-        throw Error("ts3100 serve did not become ready within " + std::to_string(start_limit.count()) + " ms, or ended; its log above says why");
+    [[noreturn]] void not_ready() const {
+        throw Error("ts3100 serve did not become ready within " + std::to_string(start_limit.count()) + " ms, or ended:\n" + log());
     }
     [[noreturn]] static void not_started(const std::string& binary) {
         throw Error("cannot run " + binary + ": install ts3100, or set TS3100_BINARY to its path");
@@ -930,6 +1429,10 @@ private:
         HANDLE input = nullptr;
         if (!CreatePipe(&output_, &input, &inherited, 0)) throw Error("cannot create a pipe");
         SetHandleInformation(output_, HANDLE_FLAG_INHERIT, 0);
+        char folder[MAX_PATH + 1], name[MAX_PATH + 1];
+        if (GetTempPathA(sizeof folder, folder) == 0 || GetTempFileNameA(folder, "ts3", 0, name) == 0) throw Error("cannot create a file for the log");
+        log_ = name;
+        const HANDLE log = CreateFileA(name, FILE_APPEND_DATA, FILE_SHARE_READ | FILE_SHARE_DELETE, &inherited, OPEN_EXISTING, FILE_ATTRIBUTE_TEMPORARY, nullptr);
         std::string line;
         for (const std::string& word : words) line += quoted(word) + " ";
         std::string variables;
@@ -941,10 +1444,11 @@ private:
         how.cb = sizeof how;
         how.dwFlags = STARTF_USESTDHANDLES;
         how.hStdOutput = input;
-        how.hStdError = GetStdHandle(STD_ERROR_HANDLE);
+        how.hStdError = log;
         PROCESS_INFORMATION made{};
         const BOOL started = CreateProcessA(nullptr, line.data(), nullptr, nullptr, TRUE, CREATE_SUSPENDED, variables.data(), nullptr, &how, &made);
         CloseHandle(input);
+        CloseHandle(log);
         if (!started) {
             CloseHandle(output_);
             output_ = nullptr;
@@ -986,13 +1490,14 @@ private:
                 CloseHandle(*handle);
                 *handle = nullptr;
             }
+        std::remove(log_.c_str());
     }
 #else
     pid_t process_ = -1, guard_ = -1;
     int output_ = -1, lifeline_ = -1;
 
     /// Starts a program with one end of a new pipe as its input or output. The other end is `ours`.
-    static pid_t spawn(const std::vector<std::string>& words, int theirs, int& ours) {
+    static pid_t spawn(const std::vector<std::string>& words, int theirs, int& ours, int log = STDERR_FILENO) {
         int ends[2];
         if (pipe(ends) != 0) throw Error("cannot create a pipe");
         for (int end : ends) fcntl(end, F_SETFD, FD_CLOEXEC);
@@ -1007,6 +1512,7 @@ private:
         posix_spawn_file_actions_t actions;
         posix_spawn_file_actions_init(&actions);
         posix_spawn_file_actions_adddup2(&actions, ends[side], theirs);
+        if (log != STDERR_FILENO) posix_spawn_file_actions_adddup2(&actions, log, STDERR_FILENO);
         pid_t process = -1;
         const int error = posix_spawnp(&process, words[0].c_str(), &actions, nullptr, arguments.data(), variables.data());
         posix_spawn_file_actions_destroy(&actions);
@@ -1014,7 +1520,13 @@ private:
         return error == 0 ? process : -1;
     }
     void start(const std::vector<std::string>& words) {
-        process_ = spawn(words, STDOUT_FILENO, output_);
+        const char* const folder = std::getenv("TMPDIR");
+        log_ = std::string(folder != nullptr ? folder : "/tmp") + "/ts3100-XXXXXX";
+        const int log = mkstemp(log_.data());
+        if (log < 0) throw Error("cannot create a file for the log: " + log_);
+        fcntl(log, F_SETFD, FD_CLOEXEC);
+        process_ = spawn(words, STDOUT_FILENO, output_, log);
+        close(log);
         if (process_ < 0) {
             end();
             not_started(words[0]);
@@ -1051,6 +1563,7 @@ private:
         }
         for (int* descriptor : {&output_, &lifeline_})
             if (*descriptor >= 0) close(std::exchange(*descriptor, -1));
+        unlink(log_.c_str());
     }
 #endif
 };
@@ -1058,16 +1571,13 @@ private:
 /// One emulator for many tests: fresh() before each, mistakes() after it.
 class Fixture {
 public:
+    /// Options as for Process.
     explicit Fixture(const std::vector<std::string>& options = {}) : process(options), robot(process.control_url()) {}
 
     static constexpr std::size_t last_texts = 6, longest_shown = 120;
     const Process process;
     const Robot robot;
 
-    std::string address() const { return "127.0.0.1"; }
-    int ip0() const { return process.port("ip0"); }
-    int ip1() const { return process.port("ip1"); }
-    Host connect() const { return Host(address(), ip0()); }
 
     /// As the robot was started, nobody connected, no findings; in less than a millisecond.
     const Robot& fresh() const {
@@ -1079,7 +1589,7 @@ public:
     std::string mistakes(Severity deny = Severity::warning, const std::vector<std::string>& allowed = {}) const {
         std::string report;
         for (const Finding& finding : robot.findings())
-            if (finding.caused_by.empty() && finding.severity >= deny && std::find(allowed.begin(), allowed.end(), finding.rule) == allowed.end()) report += "\n  " + finding.text();
+            if (finding.caused_by.empty() && finding.severity >= deny && std::find(allowed.begin(), allowed.end(), finding.rule) == allowed.end()) report += "\n  " + describe(finding);
         if (report.empty()) return report;
         std::vector<std::string> texts;
         for (const std::string& line : detail::split(robot.transcript(), '\n'))

@@ -5,8 +5,7 @@
 
 int main() try {
     const ts3100::Fixture cell;
-    cell.fresh();
-    ts3100::Host host = cell.connect();
+    ts3100::Host host = cell.fresh().host();
     try {
         host.command("XX");
     } catch (const ts3100::Refused&) {
