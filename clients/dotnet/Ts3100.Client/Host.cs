@@ -17,6 +17,12 @@ namespace Ts3100
         public ProtocolException(string message) : base(message) { }
     }
 
+    /// <summary>The robot sent nothing, or not the expected line, in time.</summary>
+    public sealed class NoReplyException : ProtocolException
+    {
+        internal NoReplyException(string message) : base(message) { }
+    }
+
     /// <summary>The robot answered NG.</summary>
     public sealed class RefusedException : ProtocolException
     {
@@ -47,9 +53,10 @@ namespace Ts3100
         /// <summary>Connects to a robot.</summary>
         /// <param name="address">Name or address of the robot.</param>
         /// <param name="port">The TCP port of IP0; 1000 on a robot in its factory settings.</param>
-        public Host(string address, int port = 1000)
+        /// <param name="describe">Adds to the message of <see cref="NoReplyException"/>.</param>
+        public Host(string address, int port = 1000, Func<string> describe = null)
         {
-            link = new Link(address, port);
+            link = new Link(address, port, describe);
             UseStx = true;
             Pause = TimeSpan.FromMilliseconds(50);
         }
@@ -77,13 +84,13 @@ namespace Ts3100
         public void ServoOff() { Command("BR"); }
 
         /// <summary>RN: starts the selected program, or continues it.</summary>
-        public void Run() { Command("RN"); }
+        public void Start() { Command("RN"); }
 
         /// <summary>SP: stops the program after the current statement.</summary>
         public void Stop() { Command("SP"); }
 
         /// <summary>EC,BREAK: stops at once.</summary>
-        public void Break() { Command("EC,BREAK"); }
+        public void BreakMotion() { Command("EC,BREAK"); }
 
         /// <summary>FD: turns feed hold on, or off again.</summary>
         public void FeedHold() { Command("FD"); }
@@ -91,26 +98,41 @@ namespace Ts3100
         /// <summary>SL: selects a file.</summary>
         public void Select(string file) { Command("SL," + file); }
 
-        /// <summary>RS: PRG, STP, CYC, SIG, SEL or ERR.</summary>
-        public void Reset(string what = "PRG") { Command("RS," + what); }
+        /// <summary>RS,SEL: deselects the file.</summary>
+        public void Deselect() { Command("RS,SEL"); }
+
+        /// <summary>RS,PRG: goes to step 1, with the data of the file.</summary>
+        public void ResetProgram() { Command("RS,PRG"); }
+
+        /// <summary>RS,STP: goes to step 1 and keeps the data.</summary>
+        public void ResetStep() { Command("RS,STP"); }
+
+        /// <summary>RS,CYC: goes to the label RCYCLE, or to step 1 without one, and keeps the data.</summary>
+        public void ResetCycle() { Command("RS,CYC"); }
+
+        /// <summary>RS,SIG: turns outputs 1 to 24 off.</summary>
+        public void ResetSignals() { Command("RS,SIG"); }
+
+        /// <summary>RS,ERR: resets alarms whose cause is gone (extension).</summary>
+        public void ResetAlarms() { Command("RS,ERR"); }
 
         /// <summary>EC,OVRD: sets the override.</summary>
-        public void Override(int percent) { Command("EC,OVRD " + Text(percent)); }
+        public void SetOverride(int percent) { Command("EC,OVRD " + Text(percent)); }
 
         /// <summary>EC,MODE: STEP, CYCLE, SEGMENT or CONT.</summary>
-        public void Mode(string mode) { Command("EC,MODE " + mode); }
+        public void SetRunMode(string mode) { Command("EC,MODE " + mode); }
 
         /// <summary>DO: executes one statement. OK comes when it begins; <see cref="TotalStatus"/> shows its end.</summary>
-        public void Do(string statement) { Command("DO," + statement); }
+        public void Execute(string statement) { Command("DO," + statement); }
 
-        /// <summary>IW: turns an output on or off.</summary>
-        public void SetOutput(int line, bool on) { Command("IW," + Text(line) + (on ? " 1" : " 0")); }
+        /// <summary>IW: switches outputs, all of them or none.</summary>
+        public void SetOutputs(IDictionary<int, bool> lines) { Command("IW," + string.Join(" ", lines.Select(one => Text(one.Key) + (one.Value ? " 1" : " 0")))); }
 
         /// <summary>ER: erases a file.</summary>
         public void Erase(string file) { Command("ER," + file); }
 
         /// <summary>MR: the values of a variable of GLOBAL or DATA.</summary>
-        public double[] Variable(string name)
+        public double[] ReadVariable(string name)
         {
             return ReadText("MR," + name + " -1").Split(new[] { ' ', '\r' }, StringSplitOptions.RemoveEmptyEntries)
                 .Select(number => double.Parse(number, CultureInfo.InvariantCulture)).ToArray();
@@ -119,7 +141,7 @@ namespace Ts3100
         /// <summary>MW: writes a variable of GLOBAL or DATA.</summary>
         /// <param name="name">The variable, or an element: <c>A(1,2)</c>.</param>
         /// <param name="values">Its values; one for an integer or a real.</param>
-        public void SetVariable(string name, params double[] values)
+        public void WriteVariable(string name, params double[] values)
         {
             Command("MW,0 " + name + " -1 " + string.Join(" ", values.Select(Text)));
         }
@@ -135,10 +157,10 @@ namespace Ts3100
         }
 
         /// <summary>AC: the active alarms, newest first.</summary>
-        public IList<Alarm> Alarms() { return AlarmList("AC"); }
+        public IList<AlarmRecord> Alarms() { return AlarmList("AC"); }
 
         /// <summary>AH: the alarm history, newest first.</summary>
-        public IList<Alarm> AlarmHistory() { return AlarmList("AH"); }
+        public IList<AlarmRecord> AlarmHistory() { return AlarmList("AH"); }
 
         /// <summary>SU: modes, file, override and execution status.</summary>
         public Status Status() { return new Status(ReadText("SU")); }
@@ -186,7 +208,7 @@ namespace Ts3100
         }
 
         /// <summary>UL: reads a file of the RAM drive.</summary>
-        public byte[] Upload(string file) { return Read("UL," + file); }
+        public byte[] Upload(string file) { return Query("UL," + file); }
 
         /// <summary>A command that the robot answers with OK.</summary>
         /// <exception cref="RefusedException">It answered NG.</exception>
@@ -198,7 +220,7 @@ namespace Ts3100
 
         /// <summary>A command that the robot answers with a file or a status, without FL and EOF.</summary>
         /// <exception cref="RefusedException">It answered NG.</exception>
-        public byte[] Read(string command)
+        public byte[] Query(string command)
         {
             Ask(command);
             byte[] text = NextAnswer();
@@ -226,6 +248,7 @@ namespace Ts3100
                 Stops--;
                 return;
             }
+            link.Expected = "the SP of a stop";
             byte[] text = NextText();
             if (Encoding.ASCII.GetString(text) != "SP\r")
                 throw Unexpected("waiting for a stop", text);
@@ -245,13 +268,13 @@ namespace Ts3100
             return text.Split(new[] { '\r' }, StringSplitOptions.RemoveEmptyEntries);
         }
 
-        string ReadText(string command) { return Encoding.ASCII.GetString(Read(command)); }
+        string ReadText(string command) { return Encoding.ASCII.GetString(Query(command)); }
 
-        IList<Alarm> AlarmList(string command)
+        IList<AlarmRecord> AlarmList(string command)
         {
             string text = ReadText(command);
             int comma = text.IndexOf(',');
-            return comma < 0 ? new Alarm[0] : Records(text.Substring(comma + 1)).Select(record => new Alarm(record)).ToArray();
+            return comma < 0 ? new AlarmRecord[0] : Records(text.Substring(comma + 1)).Select(record => new AlarmRecord(record)).ToArray();
         }
 
         /// <summary>Sends a command: what comes before it is no answer to it.</summary>
@@ -259,6 +282,7 @@ namespace Ts3100
         {
             Rest();
             DropLate();
+            link.Expected = "an answer to " + command;
             Send(command + "\r");
         }
 
@@ -353,35 +377,60 @@ namespace Ts3100
         }
     }
 
-    /// <summary>A connection to a SCOL channel, IP1 or IP2: what a program prints, and what its INPUT reads.</summary>
+    /// <summary>The peer of a SCOL channel: what a program prints, and what its INPUT reads, line by line.</summary>
     public sealed class Channel : IDisposable
     {
         readonly Link link;
+        readonly string name;
 
-        /// <summary>Connects to a channel.</summary>
-        public Channel(string address, int port = 1001)
+        /// <summary>Connects to IP1 or IP2, or to COM1 served as bare TCP.</summary>
+        /// <param name="address">Name or address of the robot.</param>
+        /// <param name="port">The TCP port; 1001 for IP1 on a robot in its factory settings.</param>
+        /// <param name="name">What a message calls the connection.</param>
+        /// <param name="describe">Adds to the message of <see cref="NoReplyException"/>.</param>
+        public Channel(string address, int port = 1001, string name = "the robot", Func<string> describe = null)
         {
-            link = new Link(address, port);
+            this.name = name;
+            link = new Link(address, port, describe);
         }
 
         /// <summary>How long a line may take: 5 s unless you set it.</summary>
-        public TimeSpan Timeout
-        {
-            get { return link.Timeout; }
-            set { link.Timeout = value; }
-        }
+        public TimeSpan Timeout { get { return link.Timeout; } set { link.Timeout = value; } }
+
+        /// <summary>Sends a line; INPUT expects commas between values.</summary>
+        public void SendLine(string text) { link.Write(Link.Ascii.GetBytes(text + "\r")); }
 
         /// <summary>The next line that the program prints, without its CR.</summary>
-        public string ReadLine() { return Encoding.ASCII.GetString(link.Until((byte)'\r')); }
+        public string ReadLine() { return WaitForLine(""); }
 
-        /// <summary>Sends values to INPUT: commas between them, CR at the end.</summary>
-        public void Write(params double[] values)
+        /// <summary>The next line with this text. Lines before it are dropped.</summary>
+        /// <exception cref="NoReplyException">None came in time; the message has the lines that came instead.</exception>
+        public string WaitForLine(string text)
         {
-            WriteLine(string.Join(",", values.Select(value => value.ToString(CultureInfo.InvariantCulture))));
+            var others = new List<string>();
+            TimeSpan limit = link.Timeout;
+            var since = Stopwatch.StartNew();
+            try
+            {
+                for (; ; )
+                {
+                    string line = Encoding.ASCII.GetString(link.Until((byte)'\r'));
+                    if (line.Contains(text))
+                        return line;
+                    others.Add("`" + line + "`");
+                    link.Timeout = TimeSpan.FromMilliseconds(Math.Max(1, (limit - since.Elapsed).TotalMilliseconds));
+                }
+            }
+            catch (NoReplyException)
+            {
+                throw new NoReplyException(name + " printed no line" + (text == "" ? "" : " with `" + text + "`") + " within " + Link.Seconds(limit)
+                    + ", but " + (others.Count == 0 ? "nothing" : string.Join(", ", others)) + link.Described());
+            }
+            finally
+            {
+                link.Timeout = limit;
+            }
         }
-
-        /// <summary>Sends a text and CR.</summary>
-        public void WriteLine(string text) { link.Write(Link.Ascii.GetBytes(text + "\r")); }
 
         /// <summary>Closes the connection.</summary>
         public void Dispose() { link.Dispose(); }
@@ -401,8 +450,12 @@ namespace Ts3100
         readonly byte[] kept = new byte[BufferBytes];
         int taken, filled;
 
-        public Link(string address, int port)
+        readonly Func<string> describe;
+
+        public Link(string address, int port, Func<string> describe)
         {
+            this.describe = describe;
+            Expected = "anything";
             try
             {
                 client.Connect(address, port);
@@ -421,6 +474,14 @@ namespace Ts3100
             get { return TimeSpan.FromMilliseconds(stream.ReadTimeout); }
             set { stream.ReadTimeout = (int)value.TotalMilliseconds; }
         }
+
+        /// <summary>What the robot should send next, for the message of <see cref="NoReplyException"/>.</summary>
+        public string Expected { get; set; }
+
+        public static string Seconds(TimeSpan limit) { return limit.TotalSeconds.ToString(CultureInfo.InvariantCulture) + " s"; }
+
+        /// <summary>The end of a message about something that did not come.</summary>
+        public string Described() { return describe == null ? "" : ": " + describe(); }
 
         public void Write(byte[] data)
         {
@@ -492,7 +553,7 @@ namespace Ts3100
                 var socket = error.InnerException as SocketException;
                 if (socket != null && socket.SocketErrorCode == SocketError.ConnectionReset)
                     throw new ProtocolException("the connection has ended: " + socket.Message);
-                throw new ProtocolException("the robot sent nothing for " + Timeout.TotalSeconds + " s");
+                throw new NoReplyException("the robot did not send " + Expected + " within " + Seconds(Timeout) + Described());
             }
             if (filled == 0)
                 throw new ProtocolException("the robot closed the connection; does another host have it?");

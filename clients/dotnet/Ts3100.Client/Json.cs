@@ -103,6 +103,16 @@ namespace Ts3100
             return new Json(value);
         }
 
+        /// <summary>A string.</summary>
+        internal static Json Text(string text) { return new Json(text); }
+
+        /// <summary>A value as a part of an address.</summary>
+        internal static string Plain(object value)
+        {
+            value = value is Json json ? json.value : value;
+            return value is string text ? text : ToText(value);
+        }
+
         Dictionary<string, Json> Members { get { return Cast<Dictionary<string, Json>>("an object"); } }
 
         T Cast<T>(string expected)

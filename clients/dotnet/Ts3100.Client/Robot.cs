@@ -2,8 +2,10 @@ using System;
 using System.Collections.Generic;
 using System.Globalization;
 using System.Linq;
+using System.Net;
 using System.Net.Http;
 using System.Text;
+using System.Text.RegularExpressions;
 
 namespace Ts3100
 {
@@ -31,41 +33,8 @@ namespace Ts3100
         Error
     }
 
-    /// <summary>A protocol mistake of a host.</summary>
-    public sealed class Finding
+    public sealed partial class Finding
     {
-        internal Finding(Json finding)
-        {
-            Rule = finding["rule"].AsString();
-            Severity = (Severity)Enum.Parse(typeof(Severity), finding["severity"].AsString(), true);
-            Port = finding["port"].IsNull ? "" : finding["port"].AsString();
-            Message = finding["message"].AsString();
-            Remedy = finding["remedy"].AsString();
-            Seconds = finding["t"].AsDouble();
-            CausedBy = finding.Has("caused-by") ? finding["caused-by"].AsString() : "";
-        }
-
-        /// <summary>The rule that was broken, as in docs/reference/findings.md.</summary>
-        public string Rule { get; private set; }
-
-        /// <summary>How bad it is.</summary>
-        public Severity Severity { get; private set; }
-
-        /// <summary>The port: <c>IP0</c>.</summary>
-        public string Port { get; private set; }
-
-        /// <summary>What the host did.</summary>
-        public string Message { get; private set; }
-
-        /// <summary>What to do instead.</summary>
-        public string Remedy { get; private set; }
-
-        /// <summary>When, in seconds of virtual time.</summary>
-        public double Seconds { get; private set; }
-
-        /// <summary>The fault that has caused it; empty if the host has. No test fails on what a fault has caused.</summary>
-        public string CausedBy { get; private set; }
-
         /// <summary>Port, message, rule and remedy in two sentences.</summary>
         public override string ToString()
         {
@@ -73,11 +42,30 @@ namespace Ts3100
         }
     }
 
+    /// <summary>Members of a document; an empty value where it has none.</summary>
+    static class Read
+    {
+        static bool Has(Json json, string name) { return json.Has(name) && !json[name].IsNull; }
+        public static string Text(Json json, string name) { return Has(json, name) ? json[name].AsString() : ""; }
+        public static double Number(Json json, string name) { return json[name].AsDouble(); }
+        public static int Whole(Json json, string name) { return json[name].AsInt(); }
+        public static bool Truth(Json json, string name) { return json[name].AsBool(); }
+        public static double[] Numbers(Json json, string name) { return json[name].AsDoubles(); }
+        public static Severity Severity(Json json, string name) { return (Severity)Enum.Parse(typeof(Severity), Text(json, name), true); }
+    }
+
+    /// <summary>A condition was not met in time; the message says what is there instead.</summary>
+    public sealed class NotReachedException : TimeoutException
+    {
+        internal NotReachedException(string message) : base(message) { }
+    }
+
     /// <summary>The control interface of the emulator: inspects and sets any state, and the clock.</summary>
     /// <remarks>A call returns when its effect is there. <see cref="Call"/> reaches what has no method.</remarks>
     public class Robot : IDisposable
     {
-        // A call may wait 30 s for virtual time, unless it says otherwise.
+        // The HTTP status of a wait that took longer than `wall`.
+        const int WallSeconds = 30, TooLong = 408;
         static readonly TimeSpan LongestCall = TimeSpan.FromSeconds(60);
 
         readonly HttpClient http;
@@ -104,170 +92,278 @@ namespace Ts3100
             return new Robot(url, Environment.GetEnvironmentVariable("TS3100_CONTROL_TOKEN"));
         }
 
+        /// <summary>The URL of the control interface.</summary>
+        public string Url { get { return url; } }
+        /// <summary>Makes a call by its operation in the OpenAPI document: <c>Call("put_input", "line", 5, "on", true)</c>.</summary>
+        /// <param name="operation">The operation.</param>
+        /// <param name="namesAndValues">The parameters of the path and the query, and the fields of the body, in turn.</param>
+        /// <returns>The answer; one that is no JSON as a string.</returns>
+        /// <exception cref="ControlException">The call was refused, or nobody answered.</exception>
+        public Json Call(string operation, params object[] namesAndValues)
+        {
+            if (!Operations.All.TryGetValue(operation, out string row))
+                throw new ArgumentException("unknown operation " + operation);
+            string method = row.Split(' ')[0];
+            string[] template = row.Split(' ')[1].Split(new[] { "{?" }, StringSplitOptions.None);
+            var rest = new Dictionary<string, object>();
+            for (int at = 0; at + 1 < namesAndValues.Length; at += 2)
+                rest[(string)namesAndValues[at]] = namesAndValues[at + 1];
+            Func<string, string> take = name =>
+            {
+                if (!rest.TryGetValue(name, out object value))
+                    throw new ArgumentException(operation + " needs the argument " + name);
+                rest.Remove(name);
+                return Uri.EscapeDataString(Json.Plain(value));
+            };
+            string path = Regex.Replace(template[0], @"\{(\w+)\}", place => take(place.Groups[1].Value));
+            string[] query = template.Skip(1).SelectMany(names => names.TrimEnd('}').Split(',')).Where(rest.ContainsKey).ToArray();
+            if (query.Length > 0)
+                path += "?" + string.Join("&", query.Select(name => name + "=" + take(name)));
+            bool hasBody = method == "PUT" || method == "POST";
+            if (!hasBody && rest.Count > 0)
+                throw new ArgumentException(operation + " has no argument " + rest.Keys.First());
+            return Send(method, path, hasBody ? Json.Object(rest.SelectMany(one => new[] { one.Key, one.Value }).ToArray()) : null);
+        }
+
+        // Settings
+
+        /// <summary>The key switch: <c>teaching</c>, <c>internal</c> or <c>ext</c>.</summary>
+        public string KeySwitch() { return Call("get_key_switch")["position"].AsString(); }
+        /// <summary>Sets it.</summary>
+        public void SetKeySwitch(string value) { Call("put_key_switch", "position", value); }
+        /// <summary>Who has the control right: <c>sig</c>, <c>rs232c</c> or <c>ether</c>.</summary>
+        public string ControlRight() { return Call("get_control_right")["holder"].AsString(); }
+        /// <summary>Sets it.</summary>
+        public void SetControlRight(string value) { Call("put_control_right", "holder", value); }
+        /// <summary>Whether the emergency stop is pressed.</summary>
+        public bool EmergencyStop() { return Call("get_emergency_stop")["pressed"].AsBool(); }
+        /// <summary>Sets it.</summary>
+        public void SetEmergencyStop(bool value) { Call("put_emergency_stop", "pressed", value); }
+        /// <summary>Whether the safety switch is open.</summary>
+        public bool SafetySwitchOpen() { return Call("get_safety_switch")["open"].AsBool(); }
+        /// <summary>Sets it.</summary>
+        public void SetSafetySwitchOpen(bool value) { Call("put_safety_switch", "open", value); }
+        /// <summary>Whether servo power is on.</summary>
+        public bool Servo() { return Call("get_servo")["on"].AsBool(); }
+        /// <summary>Sets it.</summary>
+        public void SetServo(bool value) { Call("put_servo", "on", value); }
+        /// <summary>Whether feed hold is on.</summary>
+        public bool FeedHold() { return Call("get_feed_hold")["on"].AsBool(); }
+        /// <summary>Sets it.</summary>
+        public void SetFeedHold(bool value) { Call("put_feed_hold", "on", value); }
+        /// <summary>Whether the machine lock is on.</summary>
+        public bool MachineLock() { return Call("get_machine_lock")["on"].AsBool(); }
+        /// <summary>Sets it.</summary>
+        public void SetMachineLock(bool value) { Call("put_machine_lock", "on", value); }
+        /// <summary>Whether the battery of the RAM drive is low.</summary>
+        public bool BatteryLow() { return Call("get_battery")["low"].AsBool(); }
+        /// <summary>Sets it.</summary>
+        public void SetBatteryLow(bool value) { Call("put_battery", "low", value); }
+        /// <summary>The override in percent.</summary>
+        public int Override() { return Call("get_override")["percent"].AsInt(); }
+        /// <summary>Sets it.</summary>
+        public void SetOverride(int value) { Call("put_override", "percent", value); }
+        /// <summary>The operation mode: <c>continuous</c>, <c>cycle</c>, <c>step</c> or <c>segment</c>.</summary>
+        public string RunMode() { return Call("get_run_mode")["mode"].AsString(); }
+        /// <summary>Sets it.</summary>
+        public void SetRunMode(string value) { Call("put_run_mode", "mode", value); }
+        /// <summary>The lines with a breakpoint.</summary>
+        public double[] Breakpoints() { return Call("get_breakpoints")["lines"].AsDoubles(); }
+        /// <summary>Sets it.</summary>
+        public void SetBreakpoints(params int[] value) { Call("put_breakpoints", "lines", value); }
+        /// <summary>How time passes: <c>real</c>, <c>x10</c>, <c>stepped</c> or <c>auto</c>.</summary>
+        public string TimeMode() { return Clock().Mode; }
+        /// <summary>Sets it.</summary>
+        public void SetTimeMode(string value) { Call("put_clock", "mode", value); }
+        // Panel, program, arm
+
         /// <summary>Everything at one moment.</summary>
-        public Json State() { return Get("/state"); }
-
-        /// <summary>Presses the emergency stop.</summary>
-        public void PressEmergencyStop() { Put("/emergency-stop", "pressed", true); }
-
-        /// <summary>Releases the emergency stop.</summary>
-        public void ReleaseEmergencyStop() { Put("/emergency-stop", "pressed", false); }
-
-        /// <summary>Opens the safety switch.</summary>
-        public void OpenSafetySwitch() { Put("/safety-switch", "open", true); }
-
-        /// <summary>Closes the safety switch.</summary>
-        public void CloseSafetySwitch() { Put("/safety-switch", "open", false); }
-
-        /// <summary>Turns the key switch to <c>teaching</c>, <c>internal</c> or <c>ext</c>.</summary>
-        public void TurnKeySwitch(string position) { Put("/key-switch", "position", position); }
-
-        /// <summary>Gives the control right to <c>sig</c>, <c>rs232c</c> or <c>ether</c>.</summary>
-        public void SetControlRight(string holder) { Put("/control-right", "holder", holder); }
-
-        /// <summary>Turns servo power on or off.</summary>
-        public void SetServo(bool on) { Put("/servo", "on", on); }
-
-        /// <summary>Turns feed hold on or off.</summary>
-        public void SetFeedHold(bool on) { Put("/feed-hold", "on", on); }
-
-        /// <summary>Turns the machine lock on or off.</summary>
-        public void SetMachineLock(bool on) { Put("/machine-lock", "on", on); }
-
-        /// <summary>Makes the battery of the RAM drive low, or good.</summary>
-        public void SetBatteryLow(bool low) { Put("/battery", "low", low); }
-
-        /// <summary>Sets the override in percent.</summary>
-        public void SetOverride(int percent) { Put("/override", "percent", percent); }
-
-        /// <summary>Sets the operation mode: <c>continuous</c>, <c>cycle</c>, <c>step</c> or <c>segment</c>.</summary>
-        public void SetMode(string mode) { Put("/run-mode", "mode", mode); }
-
+        public Json State() { return Call("get_state"); }
+        /// <summary>Presses the button, which turns feed hold on or off.</summary>
+        public void PressFeedHold() { Call("press_feed_hold"); }
+        /// <summary>Turns the power off; every TCP port closes.</summary>
+        public void PowerOff() { Call("power_off"); }
+        /// <summary>Turns the power on.</summary>
+        public void PowerOn() { Call("power_on"); }
+        /// <summary>Turns the power off and on.</summary>
+        public void PowerCycle() { Call("power_cycle"); }
+        /// <summary>As when the emulator was started. Hosts are disconnected; findings and the transcript begin anew.</summary>
+        /// <param name="timeMode">How time passes then; null keeps the mode.</param>
+        public void Reset(string timeMode = null) { Call("reset_emulator", timeMode == null ? new object[0] : new object[] { "mode", timeMode }); }
+        /// <summary>The selected program.</summary>
+        public Program Program() { return new Program(Call("get_program")); }
+        /// <summary><c>running</c>, <c>stop (reset)</c>, <c>stop (retry)</c> or <c>stop (continue)</c>.</summary>
+        public string Status() { return Program().Status; }
+        /// <summary>Selects a file of the RAM drive.</summary>
+        public void Select(string name) { Call("select_file", "name", name); }
         /// <summary>Presses START.</summary>
-        public void StartProgram() { Post("/program/start"); }
-
+        public void StartProgram() { Call("start_program"); }
         /// <summary>Presses STOP.</summary>
-        public void StopProgram() { Post("/program/stop"); }
+        public void StopProgram() { Call("stop_program"); }
+        /// <summary>Runs one step.</summary>
+        public void StepProgram() { Call("step_program"); }
+        /// <summary>Runs the program and stops before this line.</summary>
+        public void RunTo(int line) { Call("run_program_to", "line", line); }
+        /// <summary>What programs have printed on the teach pendant.</summary>
+        public string Pendant() { return Call("get_pendant")["text"].AsString(); }
+        /// <summary>Types at the teach pendant, for INPUT without a channel; <c>\r</c> ends a value.</summary>
+        public void TypeKeys(string keys) { Call("press_keys", "keys", keys); }
+        /// <summary>Presses a key that moves the arm, <c>plus</c> or <c>minus</c>, until <see cref="StopJog"/> or for one step.</summary>
+        public void Jog(int axis, string direction, string coordinates = "joint", string speed = "slow", bool inching = false)
+        {
+            Call("jog_arm", "axis", axis, "direction", direction, "coordinates", coordinates, "speed", speed, "inching", inching);
+        }
+        /// <summary>Lets the key go.</summary>
+        public void StopJog() { Call("stop_jog"); }
+        /// <summary>Where the arm is.</summary>
+        public Pose Pose() { return new Pose(Call("get_pose")); }
+        // Alarms and faults
 
-        /// <summary>Types keys on the teach pendant.</summary>
-        public void TypeKeys(string keys) { Post("/pendant/keys", "keys", keys); }
-
-        /// <summary>What PRINT without a channel has printed on the teach pendant.</summary>
-        public string Pendant() { return Get("/pendant")["text"].AsString(); }
-
-        /// <summary>The numbers of the active alarms, oldest first: <c>2-046</c>.</summary>
-        public IList<string> Alarms() { return Get("/alarms")["active"].Select(alarm => alarm["number"].AsString()).ToArray(); }
-
+        /// <summary>The active alarms, oldest first.</summary>
+        public IList<Alarm> Alarms() { return Call("get_alarms")["active"].Select(row => new Alarm(row)).ToArray(); }
+        /// <summary>The error history, newest first.</summary>
+        public IList<Alarm> AlarmHistory() { return Call("get_alarms")["history"].Select(row => new Alarm(row)).ToArray(); }
         /// <summary>Raises an alarm of the table: <c>2-046</c>.</summary>
-        public void RaiseAlarm(string number) { Post("/alarms", "number", number); }
-
+        public void RaiseAlarm(string number, string detail = "") { Call("raise_alarm", "number", number, "detail", detail); }
         /// <summary>Resets the alarms whose cause is gone.</summary>
-        public void ResetAlarms() { Post("/alarms/reset"); }
+        public void ResetAlarms() { Call("reset_alarms"); }
+        /// <summary>The faults since the start, and their outcome.</summary>
+        public IList<Fault> Faults() { return Call("get_faults")["faults"].Select(row => new Fault(row)).ToArray(); }
+        /// <summary>Arms a fault: <c>no-reply:command=SU</c>.</summary>
+        public void ArmFault(string spec) { Call("arm_fault", "spec", spec); }
+        /// <summary>Disarms a fault by its number; it stays in the list.</summary>
+        public void DisarmFault(int number) { Call("disarm_fault", "number", number); }
+        /// <summary>Removes all faults.</summary>
+        public void ClearFaults() { Call("clear_faults"); }
+        // Lines, variables, files
 
         /// <summary>Whether an input shows on.</summary>
-        public bool Input(int line) { return Get("/inputs/" + line)["on"].AsBool(); }
-
+        public bool Input(int line) { return Call("get_input", "line", line)["on"].AsBool(); }
+        /// <summary>The numbers of the inputs that are on.</summary>
+        public double[] Inputs() { return Call("get_inputs")["on"].AsDoubles(); }
         /// <summary>Sets an input; it keeps its state until it is set again.</summary>
-        public void SetInput(int line, bool on) { Put("/inputs/" + line, "on", on); }
-
-        /// <summary>Turns an input on for this many seconds of virtual time.</summary>
-        public void PulseInput(int line, double seconds) { Post("/inputs/" + line + "/pulse", "seconds", seconds); }
-
-        /// <summary>Whether an output is on.</summary>
-        public bool Output(int line) { return Get("/outputs/" + line)["on"].AsBool(); }
-
+        public void SetInput(int line, bool on) { Call("put_input", "line", line, "on", on); }
+        /// <summary>Sets a line and sets it back after this much virtual time.</summary>
+        public void PulseInput(int line, double seconds, bool on = true) { Call("pulse_input", "line", line, "seconds", seconds, "on", on); }
+        /// <summary>The line shows this state, whatever drives it, until it is released.</summary>
+        public void ForceInput(int line, bool on) { Call("force_input", "line", line, "on", on); }
+        /// <summary>Ends forcing.</summary>
+        public void ReleaseInput(int line) { Call("release_input", "line", line); }
+        /// <summary>Whether an output shows on.</summary>
+        public bool Output(int line) { return Call("get_output", "line", line)["on"].AsBool(); }
+        /// <summary>The numbers of the outputs that are on.</summary>
+        public double[] Outputs() { return Call("get_outputs")["on"].AsDoubles(); }
         /// <summary>Sets a user output, as IW does.</summary>
-        public void SetOutput(int line, bool on) { Put("/outputs/" + line, "on", on); }
-
+        public void SetOutput(int line, bool on) { Call("put_output", "line", line, "on", on); }
+        /// <summary>Sets a line and sets it back after this much virtual time.</summary>
+        public void PulseOutput(int line, double seconds, bool on = true) { Call("pulse_output", "line", line, "seconds", seconds, "on", on); }
+        /// <summary>The line shows this state, whatever drives it, until it is released.</summary>
+        public void ForceOutput(int line, bool on) { Call("force_output", "line", line, "on", on); }
+        /// <summary>Ends forcing.</summary>
+        public void ReleaseOutput(int line) { Call("release_output", "line", line); }
         /// <summary>The values of a variable of the selected file.</summary>
-        public double[] Variable(string name) { return Get("/variables/" + Uri.EscapeDataString(name))["value"].AsDoubles(); }
-
-        /// <summary>Sets a variable of the selected file.</summary>
-        public void SetVariable(string name, params double[] values)
-        {
-            Put("/variables/" + Uri.EscapeDataString(name), "value", values.Length == 1 ? (object)values[0] : values);
-        }
-
+        public double[] Variable(string name) { return Call("get_variable", "name", name)["value"].AsDoubles(); }
+        /// <summary>All variables of the selected file.</summary>
+        public Json Variables() { return Call("get_variables"); }
+        /// <summary>Sets a variable of the selected file; one value for an integer or a real.</summary>
+        public void SetVariable(string name, params double[] values) { Call("put_variable", "name", name, "value", values.Length == 1 ? (object)values[0] : values); }
         /// <summary>The coordinates of a position of the selected file.</summary>
-        public double[] Position(string name) { return Get("/positions/" + Uri.EscapeDataString(name))["value"].AsDoubles(); }
-
+        public double[] Position(string name) { return Call("get_position", "name", name)["value"].AsDoubles(); }
+        /// <summary>All positions of the selected file.</summary>
+        public Json Positions() { return Call("get_positions"); }
+        /// <summary>Sets a position of the selected file.</summary>
+        public void SetPosition(string name, params double[] values) { Call("put_position", "name", name, "value", values); }
         /// <summary>Teaches a position: it becomes where the arm is.</summary>
-        public void Teach(string name) { Post("/positions/" + Uri.EscapeDataString(name) + "/teach"); }
-
-        /// <summary>Puts a file on the RAM drive.</summary>
-        public void PutFile(string name, string text) { Put("/files/" + Uri.EscapeDataString(name), "text", text.Replace("\r\n", "\n")); }
-
+        public void Teach(string name) { Call("teach_position", "name", name); }
         /// <summary>The text of a file of the RAM drive.</summary>
-        public string File(string name) { return Get("/files/" + Uri.EscapeDataString(name))["text"].AsString(); }
-
+        public string File(string name) { return Call("get_file", "name", name)["text"].AsString(); }
+        /// <summary>The names of the files of the RAM drive.</summary>
+        public IList<string> Files() { return Call("get_files")["files"].Select(file => file["name"].AsString()).ToArray(); }
+        /// <summary>Puts a file on the RAM drive.</summary>
+        public void PutFile(string name, string text) { Call("put_file", "name", name, "text", text.Replace("\r\n", "\n")); }
         /// <summary>Erases a file of the RAM drive.</summary>
-        public void EraseFile(string name) { Call("DELETE", "/files/" + Uri.EscapeDataString(name)); }
+        public void EraseFile(string name) { Call("delete_file", "name", name); }
+        // Ports
 
-        /// <summary>Selects a file of the RAM drive.</summary>
-        public void Select(string name) { Post("/files/" + Uri.EscapeDataString(name) + "/select"); }
-
-        /// <summary>Virtual time in seconds.</summary>
-        public double Now() { return Get("/clock")["now"].AsDouble(); }
-
-        /// <summary>Sets how time passes: <c>real</c>, <c>x10</c>, <c>stepped</c> or <c>auto</c>.</summary>
-        public void SetTime(string mode) { Put("/clock", "mode", mode); }
-
-        /// <summary>Advances virtual time.</summary>
-        public void Advance(double seconds) { Post("/clock/advance", "seconds", seconds); }
-
-        /// <summary>Advances virtual time until a condition is met, such as <c>output 5 on</c>.</summary>
-        /// <returns>Whether it was met within that much virtual time.</returns>
-        public bool AdvanceUntil(string condition, double within)
+        /// <summary>Where <c>ip0</c> to <c>ip3</c>, or a serial line that is served as bare TCP, accepts a connection.</summary>
+        public DnsEndPoint Address(string port = "ip0")
         {
-            return Post("/clock/advance-until", "condition", condition, "within", within)["reached"].AsBool();
+            string name = Regex.Match(url, "/robots/([^/]+)$").Groups[1].Value;
+            Json[] rows = Call("get_robots")["robots"].ToArray();
+            Json row = rows.FirstOrDefault(one => Uri.EscapeDataString(one["name"].AsString()) == name) ?? rows[0];
+            string group = row["ports"].Has(port) ? "ports" : "serial";
+            if (!row.Has(group) || !row[group].Has(port))
+                throw new ArgumentException(port + " has no TCP address");
+            Match place = Regex.Match(row[group][port].AsString(), @"^(?:socket://)?(.*):(\d+)$");
+            string host = place.Groups[1].Value.Trim('[', ']');
+            // An address of all interfaces is reached where the control interface is.
+            return new DnsEndPoint(host == "0.0.0.0" || host == "::" ? new Uri(url).Host : host, int.Parse(place.Groups[2].Value, CultureInfo.InvariantCulture));
         }
 
-        /// <summary>Waits, without moving time, until a condition is met.</summary>
-        /// <returns>Whether it was met within that much virtual time.</returns>
-        public bool WaitUntil(string condition, double within)
+        /// <summary>A host that is connected to IP0.</summary>
+        public Host Host()
         {
-            return Post("/wait", "condition", condition, "within", within)["reached"].AsBool();
+            DnsEndPoint place = Address();
+            return new Host(place.Host, place.Port, Describe);
         }
 
-        /// <summary>Turns the power off; every TCP port closes.</summary>
-        public void PowerOff() { Post("/power/off"); }
-
-        /// <summary>Turns the power on.</summary>
-        public void PowerOn() { Post("/power/on"); }
-
-        /// <summary>Arms a fault: <c>no-reply:command=SU</c>.</summary>
-        public void ArmFault(string spec) { Post("/faults", "spec", spec); }
-
-        /// <summary>Removes all faults.</summary>
-        public void ClearFaults() { Call("DELETE", "/faults"); }
-
-        /// <summary>Closes the connection of the peer of a port: <c>IP1</c>.</summary>
-        public void DropPeer(string port) { Post("/channels/" + port + "/drop"); }
-
+        /// <summary>A peer that is connected to <c>ip1</c> or <c>ip2</c>, or to <c>com1</c> where it is served as bare TCP.</summary>
+        public Channel Channel(string name = "ip1")
+        {
+            DnsEndPoint place = Address(name);
+            return new Channel(place.Host, place.Port, name.ToUpperInvariant(), Describe);
+        }
+        /// <summary>A communication port (HOST, COM1, IP0 to IP3): its peer, its exchange, its buffer.</summary>
+        public Json ChannelState(string port) { return Call("get_channel", "port", port.ToUpperInvariant()); }
         /// <summary>Feeds text to a port as if its peer had sent it.</summary>
-        public void Inject(string port, string text) { Post("/channels/" + port + "/inject", "text", text); }
+        public void Inject(string port, string text) { Call("inject_bytes", "port", port.ToUpperInvariant(), "text", text); }
+        /// <summary>Closes the connection of the peer of a port: <c>IP1</c>.</summary>
+        public void DropPeer(string port) { Call("drop_peer", "port", port.ToUpperInvariant()); }
+        // Time, snapshots, records
 
+        /// <summary>The virtual time, and how it passes.</summary>
+        public Clock Clock() { return new Clock(Call("get_clock")); }
+        /// <summary>Advances a stopped clock.</summary>
+        public void Advance(double seconds) { Call("advance_time", "seconds", seconds, "wall", WallSeconds); }
+        /// <summary>Advances a stopped clock until a condition is met, such as <c>output 5 on</c>.</summary>
+        /// <exception cref="NotReachedException">It was not met within that much virtual time.</exception>
+        public Reached AdvanceUntil(string condition, double within = 60) { return Await("advance_time_until", condition, within); }
+
+        /// <summary>Waits for a condition while time passes by itself.</summary>
+        /// <exception cref="NotReachedException">It was not met within that much virtual time.</exception>
+        public Reached Wait(string condition, double within = 60) { return Await("wait_until", condition, within); }
+
+        /// <summary>The names of the snapshots.</summary>
+        public IList<string> Snapshots() { return Call("get_snapshots")["snapshots"].Select(one => one["name"].AsString()).ToArray(); }
         /// <summary>Keeps the present state under a name.</summary>
-        public void TakeSnapshot(string name) { Call("PUT", "/snapshots/" + Uri.EscapeDataString(name)); }
-
-        /// <summary>Returns to a kept state; hosts stay connected.</summary>
-        public void Restore(string name) { Post("/snapshots/" + Uri.EscapeDataString(name) + "/restore"); }
-
-        /// <summary>As when the emulator was started. Hosts are disconnected; findings and the transcript begin anew.</summary>
-        public void Reset() { Post("/reset"); }
-
-        /// <summary>The protocol mistakes of hosts since the start or the last reset.</summary>
-        public IList<Finding> Findings() { return Get("/findings").Select(finding => new Finding(finding)).ToArray(); }
-
+        public void TakeSnapshot(string name) { Call("put_snapshot", "name", name); }
+        /// <summary>Returns to a snapshot; hosts stay connected, findings and transcript go on.</summary>
+        public void RestoreSnapshot(string name) { Call("restore_snapshot", "name", name); }
+        /// <summary>Deletes a snapshot.</summary>
+        public void DeleteSnapshot(string name) { Call("delete_snapshot", "name", name); }
+        /// <summary>The mistakes of hosts since the start or the last reset, oldest first.</summary>
+        public IList<Finding> Findings() { return Call("get_findings").Select(row => new Finding(row)).ToArray(); }
         /// <summary>What went over the ports since the start or the last reset.</summary>
-        public string Transcript() { return Send("GET", "/transcript?format=text", null); }
+        public string Transcript() { return Call("get_transcript", "format", "text").AsString(); }
 
-        /// <summary>A call of the control interface.</summary>
-        /// <param name="method">GET, PUT, POST or DELETE.</param>
-        /// <param name="path">The path, such as <c>/state</c>.</param>
-        /// <param name="body">JSON text, or null.</param>
-        /// <exception cref="ControlException">The call was refused, or nobody answered.</exception>
-        public Json Call(string method, string path, string body = null) { return Json.Parse(Send(method, path, body)); }
+        /// <summary>Clock, program, alarms, outputs and the last printed lines in a sentence, for the message of a test that fails.</summary>
+        public string Describe()
+        {
+            Json now = State();
+            Func<IEnumerable<string>, string> listed = words => words.Any() ? string.Join(" ", words) : "none";
+            string mode = now["time_mode"].AsString(), file = now["file"].AsString();
+            string clock = mode == "stepped" ? "is stepped and stopped at" : "runs (" + mode + ") and is at";
+            string reads = string.Concat(now["tasks"].Where(task => task.Has("reads")).Select(task => ", an INPUT waits for " + task["reads"].AsString()));
+            string program = file == "" ? "no file is selected" : file + " is " + now["status"].AsString() + ", line " + now["line"] + reads;
+            var last = new SortedDictionary<string, string>(StringComparer.Ordinal);
+            foreach (Match line in Regex.Matches(Transcript(), "^<:? (COM1|IP1|IP2) (.*)", RegexOptions.Multiline))
+                last[line.Groups[1].Value] = line.Groups[2].Value;
+            string printed = string.Concat(last.Select(one => one.Key + " printed " + one.Value + ", "));
+            string pendant = now["pendant"].AsString().Trim().Split('\n').Last().Trim();
+            return "the clock " + clock + " " + now["t"] + " s; " + program + "; alarms: " + listed(now["alarms"].Select(alarm => alarm["number"].AsString()))
+                + "; outputs on: " + listed(now["outputs"]["on"].Select(line => line.ToString())) + "; " + printed + "the pendant "
+                + (printed == "" ? "printed " : "") + (pendant == "" ? "nothing" : pendant);
+        }
 
         /// <summary>Closes the connections to the control interface.</summary>
         public void Dispose()
@@ -279,13 +375,23 @@ namespace Ts3100
         /// <summary>Closes the connections to the control interface.</summary>
         protected virtual void Dispose(bool disposing) { http.Dispose(); }
 
-        Json Get(string path) { return Call("GET", path); }
+        Reached Await(string operation, string condition, double within)
+        {
+            string limit = within.ToString(CultureInfo.InvariantCulture) + " s of virtual time";
+            try
+            {
+                Json result = Call(operation, "condition", condition, "within", within, "wall", WallSeconds);
+                if (result["reached"].AsBool())
+                    return new Reached(result);
+            }
+            catch (ControlException error) when (error.StatusCode == TooLong)
+            {
+                limit = WallSeconds + " s of wall-clock time";
+            }
+            throw new NotReachedException("`" + condition + "` was not met within " + limit + ": " + Describe());
+        }
 
-        void Put(string path, params object[] body) { Call("PUT", path, Json.Object(body)); }
-
-        Json Post(string path, params object[] body) { return Call("POST", path, Json.Object(body)); }
-
-        string Send(string method, string path, string body)
+        Json Send(string method, string path, string body)
         {
             var request = new HttpRequestMessage(new HttpMethod(method), url + path);
             if (body != null)
@@ -297,7 +403,7 @@ namespace Ts3100
                     string text = answer.Content.ReadAsStringAsync().GetAwaiter().GetResult();
                     if (!answer.IsSuccessStatusCode)
                         throw new ControlException((int)answer.StatusCode, Reason(method, path, (int)answer.StatusCode, text));
-                    return text;
+                    return answer.Content.Headers.ContentType?.MediaType == "application/json" ? Json.Parse(text) : Json.Text(text);
                 }
             }
             catch (HttpRequestException error)

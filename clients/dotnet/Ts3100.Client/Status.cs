@@ -20,9 +20,9 @@ namespace Ts3100
     }
 
     /// <summary>An alarm of AC or AH.</summary>
-    public sealed class Alarm
+    public sealed class AlarmRecord
     {
-        internal Alarm(string record)
+        internal AlarmRecord(string record)
         {
             string[] fields = record.Split(',');
             if (fields.Length < 3)

@@ -80,7 +80,7 @@ namespace Ts3100.Testing
             {
                 robot.Reset();
                 if (prepared)
-                    robot.Restore(Prepared);
+                    robot.RestoreSnapshot(Prepared);
                 return robot;
             }
             catch
@@ -134,23 +134,8 @@ namespace Ts3100.Testing
         /// <summary>The name of the test.</summary>
         public string Test { get; private set; }
 
-        /// <summary>The address of the robot.</summary>
-        public string Address { get { return "127.0.0.1"; } }
-
-        /// <summary>The TCP port of IP0, for the commands of the host.</summary>
-        public int Ip0 { get { return fixture.Process.Port("ip0"); } }
-
-        /// <summary>The TCP port of IP1, for PRINT and INPUT.</summary>
-        public int Ip1 { get { return fixture.Process.Port("ip1"); } }
-
-        /// <summary>The TCP port of IP2, for PRINT and INPUT.</summary>
-        public int Ip2 { get { return fixture.Process.Port("ip2"); } }
-
         /// <summary>The transcript of this test if it failed, otherwise null. Known after <see cref="End"/>.</summary>
         public string TranscriptFile { get; private set; }
-
-        /// <summary>Connects a host to IP0.</summary>
-        public Host Connect() { return new Host(Address, Ip0); }
 
         /// <summary>Findings of these rules do not fail this test.</summary>
         public void Allow(params string[] rules) { allowed = allowed.Concat(rules).ToArray(); }

@@ -38,17 +38,16 @@ public class CellTests : RobotTest
     [Test]
     public void The_robot_places_a_part()
     {
-        Robot.SetTime("stepped");
-        using (Host host = Robot.Connect())
+        Robot.SetTimeMode("stepped");
+        using (Host host = Robot.Host())
         {
             host.ServoOn();
             host.Download("PICK", Pick);
             host.Select("PICK");
-            host.Run();
+            host.Start();
             Robot.SetInput(1, true);
-            Assert.That(Robot.AdvanceUntil("output 5 on", 10), Is.True);
-            Assert.That(Robot.Now(), Is.GreaterThanOrEqualTo(2.0));
-            Robot.SetTime("real");
+            Assert.That(Robot.AdvanceUntil("output 5 on", 10).Now, Is.GreaterThanOrEqualTo(2.0));
+            Robot.SetTimeMode("real");
             host.WaitForStop();
             Assert.That(host.Status().Execution, Is.EqualTo(Execution.Reset));
             Assert.That(host.TotalStatus().Output(5), Is.True);
@@ -58,7 +57,7 @@ public class CellTests : RobotTest
     [Test]
     public void The_next_test_finds_a_fresh_robot()
     {
-        using (Host host = Robot.Connect())
+        using (Host host = Robot.Host())
         {
             Assert.That(host.Directory().ContainsKey("PICK"), Is.False);
             Assert.That(host.TotalStatus().ServoOn, Is.False);
@@ -69,8 +68,8 @@ public class CellTests : RobotTest
     public void The_emergency_stop_refuses_a_start()
     {
         Robot.Allow("refused-by-state"); // this test provokes it
-        Robot.PressEmergencyStop();
-        using (Host host = Robot.Connect())
+        Robot.SetEmergencyStop(true);
+        using (Host host = Robot.Host())
             Assert.Throws<RefusedException>(host.ServoOn);
     }
 }

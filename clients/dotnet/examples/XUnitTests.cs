@@ -15,7 +15,7 @@ public class CellTests : IClassFixture<RobotFixture>, IDisposable
     [Fact]
     public void The_servo_turns_on()
     {
-        using (Host host = robot.Connect())
+        using (Host host = robot.Host())
         {
             host.ServoOn();
             Assert.True(host.TotalStatus().ServoOn);

@@ -1,6 +1,7 @@
 // Checks of both libraries without a test framework, so that they run on Mono and on .NET. Prints a line for each; the
 // first that fails ends it with exit code 1. The binary is in TS3100_BINARY.
 using System;
+using System.Collections.Generic;
 using System.Diagnostics;
 using System.IO;
 using System.Linq;
@@ -28,6 +29,7 @@ static class Checks
             Scara();
             Refusals();
             Control();
+            Dialogue();
             FreshRobot();
             WrongHost();
             Starts();
@@ -56,7 +58,7 @@ static class Checks
     {
         using (RobotFixture fixture = RobotFixture.Start())
         using (TestRobot robot = fixture.Fresh("SixAxes"))
-        using (Host host = robot.Connect())
+        using (Host host = robot.Host())
         {
             host.ServoOn();
             host.Download("ASK", Ask);
@@ -65,24 +67,24 @@ static class Checks
             Equal("CA has it", Ask.Length, host.Directory()["ASK"]);
             Equal("VR", "TS3100", host.Version().Split(' ')[0]);
             host.Select("ASK");
-            Equal("MR of an integer", 3.0, host.Variable("COUNT").Single());
-            Equal("MR of a position", "400 0 200 0 0 0 0 0 11111", string.Join(" ", host.Variable("A1")));
-            host.SetVariable("COUNT", 12);
-            host.SetVariable("RATE", 0.25);
-            Equal("MW of an integer and a real", "12 0.25", host.Variable("COUNT")[0] + " " + Text(host.Variable("RATE")[0]));
-            host.Override(40);
-            using (var channel = new Channel(robot.Address, robot.Ip1))
+            Equal("MR of an integer", 3.0, host.ReadVariable("COUNT").Single());
+            Equal("MR of a position", "400 0 200 0 0 0 0 0 11111", string.Join(" ", host.ReadVariable("A1")));
+            host.WriteVariable("COUNT", 12);
+            host.WriteVariable("RATE", 0.25);
+            Equal("MW of an integer and a real", "12 0.25", host.ReadVariable("COUNT")[0] + " " + Text(host.ReadVariable("RATE")[0]));
+            host.SetOverride(40);
+            using (var channel = robot.Channel("ip1"))
             {
-                host.Run();
+                host.Start();
                 Equal("PRINT", "HOW FAR?", channel.ReadLine());
                 Status running = host.Status();
                 Equal("SU while it runs", "Running external(ethernet) cycle ASK 40 False", string.Join(" ", running.Execution,
                     running.MasterMode, running.OperationMode, running.File, running.Override, running.MachineLock));
-                channel.Write(2.5);
+                channel.SendLine("2.5");
                 Equal("INPUT and PRINT", "THAT IS       2.500", channel.ReadLine());
                 host.WaitForStop();
             }
-            host.SetOutput(3, true);
+            host.SetOutputs(new Dictionary<int, bool> { { 3, true } });
             robot.SetInput(201, true);
             robot.RaiseAlarm("1-200");
             TotalStatus total = host.TotalStatus();
@@ -92,7 +94,7 @@ static class Checks
                 + " " + Text(total.World[0]) + " " + Text(total.World[2]));
             Equal("AC", "001-200", host.Alarms().Single().Number);
             Equal("AH", 1, host.AlarmHistory().Count);
-            host.Do("MOVE POINT(400,50,250)");
+            host.Execute("MOVE POINT(400,50,250)");
             while (host.TotalStatus().Motion == Execution.Running) { }
             Equal("DO moves the arm", "400 50 250", string.Join(" ", host.TotalStatus().World.Take(3).Select(Text)));
             host.UseStx = false;
@@ -105,7 +107,7 @@ static class Checks
     {
         using (RobotFixture fixture = RobotFixture.Start("--model", "tsl3000-thl400", "--servo-on"))
         using (TestRobot robot = fixture.Fresh("Scara"))
-        using (Host host = robot.Connect())
+        using (Host host = robot.Host())
         {
             TotalStatus total = host.TotalStatus();
             Equal("SF of a SCARA", "True 6 True", total.IsScara + " " + total.Joints.Length + " " + total.ServoOn);
@@ -118,14 +120,15 @@ static class Checks
     {
         using (RobotFixture fixture = RobotFixture.Start("--key-switch", "teaching"))
         using (TestRobot robot = fixture.Fresh("Refusals"))
-        using (Host host = robot.Connect())
+        using (Host host = robot.Host())
         {
             robot.Allow("mode-forbids", "left-in-exchange", "command-in-exchange");
             Equal("NG names the command", "the robot answered NG to SO; the log of the emulator gives the reason",
                 Thrown<RefusedException>(host.ServoOn));
             robot.ArmFault("late-reply:command=SU,delay=400");
             host.Timeout = TimeSpan.FromSeconds(0.2);
-            Equal("a robot that does not answer", "the robot sent nothing for 0.2 s", Thrown<ProtocolException>(() => host.Status()));
+            Equal("a robot that does not answer", true, Thrown<NoReplyException>(() => host.Status()).StartsWith(
+                "the robot did not send an answer to SU within 0.2 s: the clock runs (real) and is at "));
             Thread.Sleep(300);
             Equal("an answer that comes later is not that of the next command", "TS3100", host.Version().Substring(0, 6));
             robot.ArmFault("reset-mid-text:command=SU");
@@ -141,7 +144,7 @@ static class Checks
         {
             robot.SetServo(true);
             robot.SetOverride(50);
-            robot.SetMode("segment");
+            robot.SetRunMode("segment");
             robot.SetMachineLock(true);
             robot.SetFeedHold(true);
             Json state = robot.State();
@@ -161,32 +164,65 @@ static class Checks
             robot.PulseInput(1, 0.5);
             robot.Advance(0.2);
             Equal("an output and a pulse", "True True", robot.Output(5) + " " + robot.Input(1));
-            Equal("the pulse ends", true, robot.AdvanceUntil("input 1 off", 1));
-            Equal("at its time", "0.5", Text(robot.Now()));
-            robot.Restore("taught");
+            Equal("the pulse ends at its time", "0.5", Text(robot.AdvanceUntil("input 1 off", 1).Now));
+            robot.RestoreSnapshot("taught");
             Equal("a snapshot restores the output", false, robot.Output(5));
-            Equal("a wait that is not met", false, robot.WaitUntil("output 5 on", 0));
+            Equal("a wait that is not met", "`output 5 on` was not met within 0 s of virtual time: the clock is stepped and stopped at 0 s; ASK is stop "
+                + "(reset), line 26; alarms: none; outputs on: 250 255 256 260; the pendant printed nothing", Thrown<NotReachedException>(() => robot.Wait("output 5 on", 0)));
             robot.RaiseAlarm("2-046");
-            Equal("an alarm", "2-046", robot.Alarms().Single());
+            Equal("an alarm", "2-046", robot.Alarms().Single().Number);
             robot.ResetAlarms();
-            robot.PressEmergencyStop();
+            robot.SetEmergencyStop(true);
             Equal("a refusal in the emulator's words", "cannot turn the servo on: the emergency stop is pressed",
                 Thrown<ControlException>(() => robot.SetServo(true)));
-            robot.ReleaseEmergencyStop();
-            robot.OpenSafetySwitch();
-            robot.CloseSafetySwitch();
-            robot.TurnKeySwitch("internal");
-            robot.TurnKeySwitch("ext");
+            robot.SetEmergencyStop(false);
+            robot.SetSafetySwitchOpen(true);
+            Equal("a setting is read", true, robot.SafetySwitchOpen());
+            robot.SetKeySwitch("internal");
             robot.SetControlRight("sig");
             robot.SetBatteryLow(true);
             robot.PowerOff();
             robot.PowerOn();
             robot.ClearFaults();
             robot.EraseFile("DEMO");
-            Equal("the file is gone", false, robot.Call("GET", "/files")["files"].Any(file => file["name"].AsString() == "DEMO"));
+            Equal("the file is gone", false, robot.Files().Contains("DEMO"));
+            Equal("any operation by its name", true, robot.Call("put_input", "line", 5, "on", true)["on"].AsBool());
+            Equal("a text", "event: ", robot.Call("get_events", "since", 1, "count", 1).AsString().Substring(0, 7));
+            Equal("an unknown operation", "unknown operation get_inputt", Thrown<ArgumentException>(() => robot.Call("get_inputt")));
+            Equal("a missing argument", "get_input needs the argument line", Thrown<ArgumentException>(() => robot.Call("get_input")));
+            Equal("an unknown argument", "get_input has no argument on", Thrown<ArgumentException>(() => robot.Call("get_input", "line", 5, "on", true)));
         }
         using (var nobody = new Robot("http://127.0.0.1:" + FreePort()))
             Equal("no emulator", true, Thrown<ControlException>(nobody.ResetAlarms).StartsWith("cannot reach http://127.0.0.1:"));
+    }
+
+    static void Dialogue()
+    {
+        using (RobotFixture fixture = RobotFixture.Start("--time", "stepped", "--servo-on", "--serial-com1-tcp", "127.0.0.1:0", "--robots", "2"))
+        using (var one = new Robot(fixture.Process.ControlUrl + "/robots/robot-1"))
+        using (var two = new Robot(fixture.Process.ControlUrl + "/robots/robot-2"))
+        {
+            Equal("each robot has its address", false, one.Address().Port == two.Address().Port);
+            two.PutFile("ASK", Ask);
+            two.Select("ASK");
+            using (Channel channel = two.Channel("ip1"))
+            using (Channel line = two.Channel("com1"))
+            {
+                two.StartProgram();
+                channel.Timeout = TimeSpan.FromSeconds(0.1);
+                string late = Thrown<NoReplyException>(() => channel.WaitForLine("EVER"));
+                Equal("a line that does not come", true, late.StartsWith("IP1 printed no line with `EVER` within 0.1 s, but `HOW FAR?`: the clock is stepped "
+                    + "and stopped at 0 s; ASK is running, line 27, an INPUT waits for IP1; alarms: none; outputs on: "));
+                Equal("what was printed", true, late.EndsWith("; IP1 printed HOW FAR?<CR>, the pendant nothing"));
+                channel.SendLine("2.5");
+                Equal("lines before the expected one are dropped", "THAT IS       2.500", channel.WaitForLine("2.500"));
+                two.PutFile("ASK", "PROGRAM ASK\nPRINT COM1, \"ONE\", CR\nEND\n");
+                two.Select("ASK");
+                two.StartProgram();
+                two.Advance(1); // a serial line takes its time
+                Equal("COM1 as bare TCP", "ONE", line.ReadLine());
+            }
+        }
     }
 
     sealed class Prepared : RobotFixture
@@ -201,7 +237,7 @@ static class Checks
         {
             Environment.SetEnvironmentVariable("TS3100_KEY_SWITCH", null);
             using (TestRobot robot = fixture.Fresh("first"))
-            using (Host host = robot.Connect())
+            using (Host host = robot.Host())
             {
                 host.Select("PICK");
                 host.Erase("DEMO");
@@ -209,7 +245,7 @@ static class Checks
                     "the test first still has this robot"));
             }
             using (TestRobot robot = fixture.Fresh("second"))
-            using (Host host = robot.Connect())
+            using (Host host = robot.Host())
                 Equal("the next test begins with what was prepared", "|True|True|True", host.Status().File + "|"
                     + host.Directory().ContainsKey("DEMO") + "|" + host.Directory().ContainsKey("PICK") + "|" + host.TotalStatus().ServoOn);
             var watch = Stopwatch.StartNew();
@@ -224,7 +260,7 @@ static class Checks
         using (RobotFixture fixture = RobotFixture.Start())
         {
             TestRobot robot = fixture.Fresh("Wrong host");
-            using (Host host = robot.Connect())
+            using (Host host = robot.Host())
                 Thrown<RefusedException>(() => host.Command("XX"));
             string message = Thrown<FindingsException>(robot.Dispose);
             Equal("the failure names the mistake and its remedy", true, message.Contains(
@@ -233,7 +269,7 @@ static class Checks
             Equal("and the transcript", true, File.ReadAllText(robot.TranscriptFile).Contains("> IP0 XX<CR>"));
             File.Delete(robot.TranscriptFile);
             robot = fixture.Fresh("Excused");
-            using (Host host = robot.Connect())
+            using (Host host = robot.Host())
                 Thrown<RefusedException>(() => host.Command("XX"));
             robot.Allow("unknown-command");
             robot.Dispose();
