@@ -6,7 +6,7 @@ drives the generators over sockets and serial ports, blocking or with asyncio. A
 
 from __future__ import annotations
 
-from typing import Generator, List, Mapping, Optional, Sequence, Tuple, TypeVar
+from typing import Generator, List, Mapping, Optional, Sequence, Tuple, TypeVar, Union
 
 from . import records
 from .errors import ProtocolError, Refused
@@ -257,12 +257,13 @@ class Protocol:
         """UL: reads a file from the robot."""
         return self.query(f"UL,{name}")
 
-    def download(self, name: str, content: bytes) -> Exchange[None]:
-        """DL: writes a file to the robot, in as many texts as it takes. Lines end in LF."""
-        if EOF in content:
+    def download(self, name: str, content: Union[str, bytes]) -> Exchange[None]:
+        """DL: writes a file to the robot, in as many texts as it takes. The manual ends lines with CR; LF is accepted."""
+        data = content.encode("ascii") if isinstance(content, str) else content
+        if EOF in data:
             raise ValueError(f"cannot download {name}: it contains EOF (1A), which ends a file")
         yield from self.command(f"DL,{name}")
-        whole = FL + content + EOF
+        whole = FL + data + EOF
         texts = [whole[at:at + LONGEST_TEXT] for at in range(0, len(whole), LONGEST_TEXT)]
         for count, text in enumerate(texts, 1):
             yield self.frame(text)
