@@ -20,6 +20,7 @@ import zipfile
 
 sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "lib"))
 import container_engine  # noqa: E402
+import recorded_calls  # noqa: E402
 from emulator import ROOT, Emulator, surroundings  # noqa: E402
 from steps import Failed, equal, ok, serving, true  # noqa: E402
 
@@ -73,6 +74,13 @@ def shown(page):
             true("%s: a block of %s" % (page, path), lines(block) in lines(file.read()), block)
 
 
+def plays(what, binary, folder, *player, **more):
+    """A client makes every call of the control interface by its operation."""
+    path = os.path.join(folder, "calls.json")
+    calls = recorded_calls.write(path)
+    recorded_calls.check(what, binary, calls, succeeds("%s plays the recorded calls" % what, *player, path, TS3100_BINARY=binary, **more))
+
+
 def need(*tools):
     """Skips what these are needed for."""
     missing = [tool for tool in tools if not shutil.which(tool)]
@@ -104,11 +112,13 @@ def dotnet(binary, folder):
     compiled("Ts3100.Client.dll", "-target:library", "-doc:Ts3100.Client.xml", "-r:System.Net.Http.dll", sources=["Ts3100.Client/*.cs"])
     compiled("Ts3100.Testing.dll", "-target:library", "-doc:Ts3100.Testing.xml", libraries[0], sources=["Ts3100.Testing/*.cs"])
     compiled("Checks.exe", *libraries, sources=["tests/Checks.cs"])
+    compiled("Play.exe", *libraries, sources=["tests/Play.cs"])
     nunit = ("-target:library", "-define:NUNIT2", "-r:nunit.framework.dll", *libraries)
-    compiled("Cell.dll", *nunit, sources=["examples/NUnitTests.cs"])
+    compiled("Cell.dll", *nunit, sources=["examples/NUnitTests.cs", "examples/DialogueTest.cs"])
     compiled("Wrong.dll", *nunit, sources=["examples/NUnitTests.cs", "tests/WrongHost.cs"])
 
     print(succeeds("the checks on Mono", "mono", "Checks.exe", cwd=build, TS3100_BINARY=binary), end="")
+    plays(".NET", binary, folder, "mono", "Play.exe", cwd=build)
     runner = ("nunit-console", "-nologo", "-nodots")
     succeeds("the NUnit example", *runner, "Cell.dll", cwd=build, TS3100_BINARY=binary)
     code, said = run(*runner, "-run:WrongHost", "Wrong.dll", cwd=build, TS3100_BINARY=binary)
@@ -142,9 +152,12 @@ def cpp(binary, folder):
         succeeds("%s: CMake" % compiler, "cmake", "-S", source, "-B", build, "-DCMAKE_CXX_COMPILER=" + compiler)
         succeeds("%s: no warning" % compiler, "cmake", "--build", build, timeout=BUILD_TIMEOUT)
         said = succeeds("%s: ctest" % compiler, "ctest", "--test-dir", build, "--output-on-failure", TS3100_BINARY=binary)
-        true("%s: its three tests ran" % compiler, "100% tests passed, 0 tests failed out of 3" in said, said)
+        true("%s: its four tests ran" % compiler, "100% tests passed, 0 tests failed out of 4" in said, said)
+        equal("%s: the log of the emulator stays out of the output of a test" % compiler, "", succeeds("%s: a test alone" % compiler,
+              os.path.join(build, "dialogue_test"), TS3100_BINARY=binary))
         code, said = run(os.path.join(build, "wrong_host"), TS3100_BINARY=binary)
         named("%s: a wrong host fails with its finding" % compiler, code, said, FINDING, LAST_TEXTS)
+    plays("C++", binary, folder, os.path.join(folder, "g++", "play"))
     succeeds("it compiles for Windows", windows, "-std=c++17", "-Wall", "-Wextra", "-Wconversion", "-Wshadow", "-Werror",
              os.path.join(source, "checks.cpp"), "-o", os.path.join(folder, "checks.exe"), "-lws2_32", timeout=BUILD_TIMEOUT)
 
@@ -163,8 +176,8 @@ def npm(binary, folder):
     # Offline: what is tested is what was packed, not what a registry has.
     succeeds("it installs", "npm", "install", "--offline", "--no-audit", "--no-fund", *packages, cwd=home)
     own = os.path.join(home, "node_modules", "ts3100")
-    equal("the package has these files", sorted(["LICENSE-APACHE", "LICENSE-MIT", "README.md", "binary.js", "index.d.ts", "index.js",
-                                                 "launch.js", "package.json"]), sorted(os.listdir(own)))
+    equal("the package has these files", sorted(["LICENSE-APACHE", "LICENSE-MIT", "README.md", "binary.js", "errors.js", "host.js", "index.d.ts",
+                                                 "index.js", "launch.js", "operations.d.ts", "operations.js", "package.json"]), sorted(os.listdir(own)))
     equal("and that of the platform these", sorted(["LICENSE-APACHE", "LICENSE-MIT", "package.json", "ts3100"]),
           sorted(os.listdir(os.path.join(home, "node_modules", "@ts3100", "linux-x64"))))
     said = succeeds("npx ts3100 --version", "npx", "--offline", "ts3100", "--version", cwd=home)
@@ -174,7 +187,8 @@ def npm(binary, folder):
     with_launcher(launcher)
     for file in os.listdir(os.path.join(CLIENTS, "npm", "tests")):
         shutil.copy(os.path.join(CLIENTS, "npm", "tests", file), home)
-    print(succeeds("start() under Node's test runner", "node", "--test", "cell.test.mjs", cwd=home), end="")
+    print(succeeds("start() under Node's test runner", "node", "--test", "cell.test.mjs", "dialogue.test.mjs", cwd=home), end="")
+    plays("Node", binary, folder, "node", "play.mjs", cwd=home)
     code, said = run("node", "--test", "wrong_host.test.mjs", cwd=home)
     named("a wrong host fails with its finding", code, said, FINDING, LAST_TEXTS)
     succeeds("TypeScript is there", "npm", "install", "--no-save", "--no-audit", "--no-fund", "typescript@5", "@types/node@22", cwd=home)

@@ -19,6 +19,7 @@ import types
 import zipfile
 
 sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "lib"))
+import recorded_calls  # noqa: E402
 from emulator import ROOT, Emulator, surroundings  # noqa: E402
 from steps import Failed, equal, ok, program, serving, true  # noqa: E402
 
@@ -28,7 +29,7 @@ BUILD = ["hatchling==1.27.0", "build==1.4.4", "uv==0.13.9"]
 TEST = ["pytest==8.4.2", "pytest-xdist==3.8.0", "pyserial==3.5"]
 TYPES = ["mypy==1.19.1", "types-pyserial==3.5.0.20251001"]
 LIMIT = 600
-MODULES = ["__init__", "__main__", "binary", "errors", "host", "protocol", "pytest_plugin", "records", "robot"]
+MODULES = ["__init__", "__main__", "binary", "channel", "errors", "host", "operations", "protocol", "pytest_plugin", "records", "robot"]
 LICENCES = ["LICENSE-APACHE", "LICENSE-MIT"]
 # Tests of each kind in the figures, and what a fresh robot may add to a test.
 COUNT, MOST_MILLISECONDS = 500, 1.5
@@ -278,6 +279,13 @@ def tests(programs, folder):
         ok("the tests of the package %s: %s" % (" ".join(arguments), said.strip().splitlines()[-1]))
 
 
+def plays(programs, folder, binary):
+    """The client makes every call of the control interface by its operation."""
+    path = os.path.join(folder, "calls.json")
+    calls = recorded_calls.write(path)
+    recorded_calls.check("Python", binary, calls, run(os.path.join(programs, "python"), os.path.join(PACKAGE, "tests", "play.py"), path))
+
+
 def page(programs, folder):
     """docs/how-to/pytest.md and the README of the package: their files, and what the page says of their run."""
     with open(os.path.join(ROOT, "docs", "how-to", "pytest.md"), encoding="utf-8") as file:
@@ -285,7 +293,9 @@ def page(programs, folder):
     where = os.path.join(folder, "page")
     os.makedirs(where)
     files = re.findall(r"^```(?:python|toml)\n# (\S+)\n(.*?)^```", text, re.MULTILINE | re.DOTALL)
-    (shown,) = re.findall(r"^```text\n(.*?)^```", text, re.MULTILINE | re.DOTALL)
+    late, shown = re.findall(r"^```text\n(.*?)^```", text, re.MULTILINE | re.DOTALL)
+    (dialogue,) = (code for name, code in files if name == "test_dialogue.py")
+    files.append(("test_late.py", dialogue.replace('        channel.send_line("62.5")\n', "")))
     files.append(("pick.scol", "PROGRAM PICK\nEND\n"))
     with open(os.path.join(PACKAGE, "README.md"), encoding="utf-8") as file:
         files += [("test_readme.py", code) for code in re.findall(r"^```python\n(.*?)^```", file.read(), re.MULTILINE | re.DOTALL)]
@@ -293,12 +303,14 @@ def page(programs, folder):
         with open(os.path.join(where, name), "w", encoding="utf-8") as file:
             file.write(code)
     pytest = [os.path.join(programs, "python"), "-m", "pytest", "-q", "-p", "no:cacheprovider"]
-    ran = sorted(name for name, _ in files if name.startswith("test_"))
-    equal("these tests are shown", ["test_cell.py", "test_my_host.py", "test_protocol.py", "test_readme.py"], ran)
+    ran = sorted(name for name, _ in files if name.startswith("test_") and name != "test_late.py")
+    equal("these tests are shown", ["test_cell.py", "test_dialogue.py", "test_my_host.py", "test_protocol.py", "test_readme.py"], ran)
     # The configuration of the page is for a program of its own; the tests of the page are for the plain one.
     os.rename(os.path.join(where, "pyproject.toml"), os.path.join(where, "kept.toml"))
-    said = run(*pytest, "test_cell.py", "test_protocol.py", "test_readme.py", where=where)
-    true("the tests of the page and of the README pass", "5 passed" in said, said)
+    said = run(*pytest, "test_cell.py", "test_dialogue.py", "test_protocol.py", "test_readme.py", where=where)
+    true("the tests of the page and of the README pass", "6 passed" in said, said)
+    said = run(*pytest, "test_late.py", where=where, code=1)
+    true("a line that does not come is said as the page shows", " ".join(late.split()) in " ".join(said.split()), said)
     said = run(*pytest, "test_my_host.py", where=where, code=1)
     form = re.escape(shown).replace(re.escape("..."), ".*")
     true("and the wrong host fails as the page shows", re.search(form, said, re.DOTALL), said)
@@ -340,6 +352,7 @@ def main():
         user = environment(os.path.join(folder, "user"), sys.executable, wheel, *TEST, *TYPES)
         commands(user, builder, wheel, folder)
         typed(user, folder)
+        plays(user, folder, binary)
         page(user, folder)
         tests(user, folder)
         figures(user, folder)
