@@ -115,7 +115,7 @@ def check(binary, python, directory):
     with Emulator(binary, "--time", "stepped", token=TOKEN) as emulator:
         path = os.path.join(directory, "openapi.json")
         with open(path, "w", encoding="utf-8") as file:
-            json.dump(emulator.robot.call("GET", "/openapi.json"), file)
+            json.dump(emulator.robot.request("GET", "/openapi.json"), file)
         run("the validation", [python, "-c", VALIDATE, path], directory)
         config = os.path.join(directory, "config.json")
         with open(config, "w", encoding="utf-8") as file:
@@ -160,7 +160,7 @@ def record(binary):
     with Emulator(binary, "--time", "stepped") as emulator:
         for recorded in session:
             method, _ = recorded["call"].split(" ")
-            answer = emulator.robot.call(method, path_of(recorded, {}), recorded.get("request"))
+            answer = emulator.robot.request(method, path_of(recorded, {}), recorded.get("request"))
             is_text = isinstance(answer, str)
             recorded["response"] = answer[:LONGEST_TEXT].rpartition("\n")[0] + "\n" if is_text else shortened(answer)
             if "snapshot" in recorded["call"] and method == "GET" and recorded["call"] != "GET /snapshots":

@@ -157,7 +157,7 @@ def below_a_prefix(browser, robot):
     with proxy(robot.url) as (url, handler):
         page = opened(browser, url + "#traffic")
         rows = page.get_by_role("grid", name="Traffic")
-        numbers = [row["number"] for row in robot.call("GET", "/alarms/table")][:3]
+        numbers = [row["number"] for row in robot.request("GET", "/alarms/table")][:3]
         for number in numbers:
             robot.raise_alarm(number)
             for stream in list(handler.streams):
@@ -222,7 +222,7 @@ def keyboard(browser, binary):
 
 def explorer(browser, robot):
     """/docs shows every call of the OpenAPI document."""
-    paths = robot.call("GET", "/openapi.json")["paths"]
+    paths = robot.request("GET", "/openapi.json")["paths"]
     calls = [(method.upper(), path) for path, item in paths.items() for method in METHODS if method in item]
     page = browser.new_page()
     page.goto(robot.url + "/docs")

@@ -264,7 +264,7 @@ def waits(address, robot):
 
     limit = time.monotonic() + ROUND
     while time.monotonic() < limit:
-        for name, ask in (("SU", su), ("/health", lambda: robot.call("GET", "/health", timeout=ANSWER))):
+        for name, ask in (("SU", su), ("/health", lambda: robot.request("GET", "/health", timeout=ANSWER))):
             begun = time.monotonic()
             try:
                 ask()

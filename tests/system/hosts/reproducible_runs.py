@@ -185,7 +185,7 @@ class Stepped:
     def connected(self, emulator, port):
         """A line that the emulator has as the peer of the port."""
         line = Patient(emulator.address(port), self.robot)
-        until("%s has a peer" % port, lambda: self.robot.channel(port).get("peer"), RUN_LIMIT)
+        until("%s has a peer" % port, lambda: self.robot.channel_state(port).get("peer"), RUN_LIMIT)
         return line
 
     def advance_until(self, condition, within):
@@ -273,7 +273,7 @@ def shift(binary, directory, vary, fault_seed):
         host.again(host.status)
         steps.robot.advance(3600)
         host.close()
-        until("IP0 has no peer", lambda: not steps.robot.channel("ip0").get("peer"), RUN_LIMIT)
+        until("IP0 has no peer", lambda: not steps.robot.channel_state("ip0").get("peer"), RUN_LIMIT)
         emulator.stop(within=20)
     return written(directory, "--junit"), host.repeated
 

@@ -121,10 +121,10 @@ class Stored(Emulator):
         self.host = Fast(self.address("ip0"), True)
 
     def drive(self):
-        return self.robot.call("GET", "/health")["drive"]
+        return self.robot.request("GET", "/health")["drive"]
 
     def metric(self, name):
-        lines = self.robot.call("GET", "/metrics").splitlines()
+        lines = self.robot.request("GET", "/metrics").splitlines()
         return float(next(line.split()[1] for line in lines if line.startswith(name + " ")))
 
 

@@ -34,7 +34,7 @@ def answer(url, path, token=None):
     """Status and document of a GET of any control interface; the reason if it is refused."""
     try:
         with Robot.connect(url, token=token) as robot:
-            return 200, robot.call("GET", path)
+            return 200, robot.request("GET", path)
     except Refused as refused:
         return refused.status, str(refused)
 
@@ -84,7 +84,7 @@ class Emulator:
     def answer(self, method, path, body=None):
         """Status and document of a call; 200 for any success, and the reason if it is refused."""
         try:
-            return 200, self.robot.call(method, path, body)
+            return 200, self.robot.request(method, path, body)
         except Refused as refused:
             return refused.status, str(refused)
 

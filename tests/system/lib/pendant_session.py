@@ -335,7 +335,7 @@ class Session:
         lab = self.view("Lab")
         lab.get_by_label("Bytes, \\r and <1A> are codes").fill("<E9>\u00e94\\r")
         self.press(lab.get_by_role("button", name="Inject"), "channels/IP1/inject")
-        found = self.robot.channel("IP1")["buffer_hex"]
+        found = self.robot.channel_state("IP1")["buffer_hex"]
         said(found == "e9c3a9340d", "the bytes were injected as " + found)
 
 

@@ -368,7 +368,13 @@ class Robot:
         The arguments are the parameters of the path and the query, and the fields of the body. Returns the JSON document of the
         answer, or its text or bytes.
         """
-        method, path, body = _request(operation, arguments or {})
+        return self._answer(*_request(operation, arguments or {}), timeout)
+
+    def request(self, method: str, path: str, body: object = None, *, timeout: float = CALL_TIMEOUT) -> Any:
+        """Makes a call by its method and path, for what has no operation: `request("GET", "/openapi.json")`."""
+        return self._answer(method, path, None if body is None else json.dumps(body).encode(), timeout)
+
+    def _answer(self, method: str, path: str, body: Optional[bytes], timeout: float) -> Any:
         status, kind, answer = self._exchange(method, self._prefix + path, body, timeout)
         if status >= 400:
             raise self._refused(method, path, status, kind, answer)
