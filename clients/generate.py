@@ -164,36 +164,56 @@ def sentence(text):
     return " ".join(text.split()).replace('"', "'")
 
 
-def typescript(document):
-    """operations.d.ts: every document, and arguments and result of every operation."""
-    schemas = document["components"]["schemas"]
-    key = lambda name: name if re.fullmatch(r"\w+", name) else '"%s"' % name  # noqa: E731
-
-    def members(properties, required):
-        return "{ %s }" % "; ".join("%s%s: %s" % (key(name), "" if name in required else "?", type_of(schema, words))
-                                    for name, schema in properties.items()) if properties else "Record<string, any>"
-
+def typescript_words(schemas):
+    """JSON types in TypeScript."""
     words = {"name": lambda name: name, "literal": lambda all: " | ".join('"%s"' % word for word in all),
              "union": lambda all: " | ".join(dict.fromkeys(all)), "list": lambda item: ("(%s)[]" if " " in item else "%s[]") % item,
              "any": "any", "string": "string", "number": "number", "integer": "number", "boolean": "boolean", "null": "null",
-             "object": "Record<string, any>", "shape": lambda schema: members(*flattened(schema, schemas))}
-    text = ["// " + NOTE]
-    for name, schema in schemas.items():
-        properties, required = flattened(schema, schemas)
-        shape = members(properties, required) if properties else type_of(schema, words)
-        text += wrapped("export type %s = %s;" % (name, shape))
-    text += ["", "/** Operations of the control interface: [arguments, result]. */", "export interface Operations {"]
+             "object": "Record<string, any>"}
+    words["shape"] = lambda schema: braces(members(schema, schemas, words))
+    return words
+
+
+def members(schema, schemas, words):
+    """Member and type of an object; an optional one ends in `?`."""
+    properties, required = flattened(schema, schemas)
+    return {(name if re.fullmatch(r"\w+", name) else '"%s"' % name) + ("" if name in required else "?"): type_of(value, words)
+            for name, value in properties.items()}
+
+
+def braces(fields):
+    return "{ %s }" % "; ".join("%s: %s" % field for field in fields.items()) if fields else "Record<string, any>"
+
+
+def shapes(document):
+    """Of each schema, members and types, or a type; of each operation, call, arguments, body and result."""
+    schemas = document["components"]["schemas"]
+    words = typescript_words(schemas)
+    types = {name: members(schema, schemas, words) or type_of(schema, words) for name, schema in schemas.items()}
+    calls, templates = {}, dict(operations(document))
     for item in document["paths"].values():
         for operation in item.values():
-            arguments = [("%s%s: %s" % (entry["name"], "" if entry.get("required") else "?", type_of(entry["schema"], words)))
-                         for entry in operation.get("parameters", [])]
-            shape = ["{ %s }" % "; ".join(arguments)] if arguments else []
+            arguments = {entry["name"] + ("" if entry.get("required") else "?"): type_of(entry["schema"], words) for entry in operation.get("parameters", [])}
+            body = ""
             for media in operation.get("requestBody", {}).get("content", {}).values():
-                body = [type_of(entry, words) for entry in media["schema"].get("oneOf", [media["schema"]]) if entry.get("type") != "null"]
-                shape += ["(%s)" % " | ".join(body) if len(body) > 1 else body[0]]
+                kinds = [type_of(entry, words) for entry in media["schema"].get("oneOf", [media["schema"]]) if entry.get("type") != "null"]
+                body = "(%s)" % " | ".join(kinds) if len(kinds) > 1 else kinds[0]
             content = operation["responses"]["200"].get("content", {})
             result = type_of(content["application/json"]["schema"], words) if "application/json" in content else "string"
-            text += ["  " + line for line in wrapped("%s: [%s, %s];" % (operation["operationId"], " & ".join(shape) or "{}", result))]
+            calls[operation["operationId"]] = {"call": templates[operation["operationId"]], "arguments": arguments, "body": body, "result": result}
+    return {"types": types, "operations": calls}
+
+
+def typescript(document):
+    """operations.d.ts: every document, and arguments and result of every operation."""
+    shape = shapes(document)
+    text = ["// " + NOTE]
+    for name, fields in shape["types"].items():
+        text += wrapped("export type %s = %s;" % (name, braces(fields) if isinstance(fields, dict) else fields))
+    text += ["", "/** Operations of the control interface: [arguments, result]. */", "export interface Operations {"]
+    for name, call in shape["operations"].items():
+        parts = ([braces(call["arguments"])] if call["arguments"] else []) + ([call["body"]] if call["body"] else [])
+        text += ["  " + line for line in wrapped("%s: [%s, %s];" % (name, " & ".join(parts) or "{}", call["result"]))]
     return "\n".join(text + ["}"]) + "\n"
 
 
