@@ -1,11 +1,12 @@
 #!/usr/bin/env python3
-"""Writes docs/reference/clients.md: which method of which client makes each call, as their sources say.
+"""Writes docs/reference/clients.md: which method of which client makes each call, as docs/reference/controls.json and their sources say.
 
     python3 clients/coverage.py            writes the page
     python3 clients/coverage.py --check    fails if it would change
 
-It fails for an operation of the OpenAPI document that a client has no method for, unless GENERIC has the reason; for a method with a
-name of its own in one client; and for a test of the how-to pages that makes other calls than the same test in another language."""
+It fails for an operation that a client has no method for, unless GENERIC has the reason; for one that the command line or the embedding
+has none for without a reason; for a method with a name of its own in one client; and for a test of the how-to pages that makes other
+calls than the same test in another language."""
 
 import json
 import os
@@ -26,6 +27,18 @@ GENERIC = {
     "get_named_snapshot": "a file", "get_status_frame": DATA, "get_version": "for the report of a fault", "get_wires": DATA,
     "put_outside": "only with a file of wires",
 }
+# Methods of the embedding, where they are named otherwise; GET of anything else is `read` with a closure.
+EMBEDDED = {
+    "get_alarms": "alarms", "get_pose": "pose", "put_breakpoints": "set_breakpoints", "inject_bytes": "inject", "get_clock": "now", "put_clock": "set_time",
+    "advance_time": "advance", "advance_time_until": "advance_until", "get_coverage": "coverage", "get_events": "events", "get_faults": "faults",
+    "get_files": "files", "get_file": "file", "delete_file": "erase_file", "get_findings": "findings", "get_input": "input", "put_input": "set_input",
+    "force_input": "force", "release_input": "release", "pulse_input": "pulse", "get_output": "output", "put_output": "set_output",
+    "force_output": "force", "release_output": "release", "pulse_output": "pulse", "jog_arm": "jog", "get_pendant": "pendant", "get_program": "status",
+    "reset_emulator": "reset", "get_snapshot": "write_snapshot", "load_snapshot": "read_snapshot", "put_snapshot": "snapshot",
+    "restore_snapshot": "restore", "get_snapshots": "snapshots", "get_state": "state", "get_variable": "variable", "put_variable": "set_variable",
+    "put_position": "set_variable", "get_robots": "ports",
+}
+NOT_EMBEDDED = {"check_program": "`scol-mini` checks programs", "decode_text": "`ts3100-proto` reads texts", "put_outside": "one robot has no wires"}
 # File, the declaration of a method, and how it spells a name of several words.
 CLIENTS = {
     "Python": ("python/src/ts3100/robot.py", r"^    (?:def )?(\w+)(?:\(| = _Setting)"),
@@ -81,22 +94,48 @@ def methods(client, operations):
     return {name: list(dict.fromkeys(one for one in those if not one.startswith("_"))) for name, those in found.items()}
 
 
-def matrix(document):
+def embedding(controls):
+    """Operation to the method of the embedding; its source has all of them."""
+    sources = "".join(read(ROOT, "crates", "emulator", "src", *path) for path in (("embed.rs",), ("embed", "control.rs")))
+    table = read(ROOT, "crates", "controller", "src", "controls.rs")
+    # The rows of the table of controls are methods, too.
+    switches = {path: act for path, act in re.findall(r' = "(/[^"]+)" \{\s+form: .*?act: (\w+),', table, re.DOTALL)}
+    buttons = {path: name for name, path in re.findall(r'^ +(\w+): \w+ = "(/[^"]+)" \{', table, re.MULTILINE)}
+    known = set(re.findall(r"pub fn (\w+)|^    (\w+)\([^()]*(?:\([^()]*\))?[^()]*\) =>", sources, re.MULTILINE))
+    known = {name for pair in known for name in pair} | set(switches.values()) | set(buttons.values())
+    found = {}
+    for row in controls:
+        operation = row["operation"]
+        name = EMBEDDED.get(operation) or (switches.get(row["path"]) if row["method"] == "PUT" else buttons.get(row["path"])) or operation
+        if name in known:
+            found[operation] = name
+        elif row["method"] == "GET":
+            found[operation] = "read"
+        elif operation not in NOT_EMBEDDED:
+            raise SystemExit("%s: the embedding has no method %s" % (operation, name))
+    return found
+
+
+def matrix(controls):
     """Rows of the page, and what is wrong."""
-    operations = {operation["operationId"]: "%s %s" % (method.upper(), path)
-                  for path, item in document["paths"].items() for method, operation in item.items()}
+    operations = {row["operation"]: row for row in controls}
+    embedded = embedding(controls)
     clients = {client: methods(client, operations) for client in CLIENTS}
     rows, wrong = [], ["GENERIC names %s, which is not an operation" % name for name in GENERIC if name not in operations]
-    for operation, call in operations.items():
+    for operation, row in operations.items():
         cells = {client: clients[client].get(operation) for client in CLIENTS}
         lacking = [client for client in CLIENTS if not cells[client]]
         if lacking and operation not in GENERIC:
             wrong.append("%s: no method in %s" % (operation, ", ".join(lacking)))
+        if not row["ctl"] and operation not in GENERIC:
+            wrong.append("%s: no command of ctl" % operation)
         names = {tuple(plain(name) for name in cells[client]) for client in list(CLIENTS)[1:] if cells[client]}
         if len(names) > 1:
             wrong.append("%s: other names in other languages: %s" % (operation, sorted(names)))
         shown = [" ".join("`%s`" % name for name in cells[client]) if cells[client] else "`call`" for client in CLIENTS]
-        rows.append("| `%s` | `%s` | %s |" % (operation, call, " | ".join(shown)))
+        around = [row["ctl"][-1].replace("|", "\\|") if row["ctl"] else "", embedded.get(operation, ""), " ".join(row["assistants"])]
+        shown = ["`%s`" % name if name else "none" for name in around[:2]] + shown + ["`%s`" % name if name else "none" for name in around[2:]]
+        rows.append("| `%s` | `%s %s` | %s |" % (operation, row["method"], row["path"], " | ".join(shown)))
     return rows, wrong
 
 
@@ -152,9 +191,7 @@ def dialogue(page):
 
 
 def main():
-    with open(os.path.join(ROOT, "crates", "control", "assets", "openapi.json"), encoding="utf-8") as file:
-        document = json.load(file)
-    rows, wrong = matrix(document)
+    rows, wrong = matrix(json.loads(read(ROOT, "docs", "reference", "controls.json")))
     commands, more = hosts()
     wrong += more
     expected = dialogue(PAGES["Python"])
@@ -165,10 +202,10 @@ def main():
             wrong.append("docs/how-to/%s: the dialogue makes other calls than that of Python:\n  %s\n  %s" % (page, dialogue(page), expected))
     if wrong:
         sys.exit("\n".join(wrong))
-    generic = ["| `%s` | %s |" % row for row in GENERIC.items()]
+    generic = ["| `%s` | %s |" % row for row in {**GENERIC, **{name: "%s; %s" % (GENERIC[name], why) for name, why in NOT_EMBEDDED.items()}}.items()]
     parts = {"commands": ["| Method | Command | %s |" % " | ".join(HOSTS), "|---|---|" + "---|" * len(HOSTS), *commands],
-             "operations": ["| Operation | Call | %s |" % " | ".join(CLIENTS), "|---|---|" + "---|" * len(CLIENTS), *rows],
-             "generic": ["| Operation | Why `call` is enough |", "|---|---|", *generic]}
+             "operations": ["| Operation | Call | `ctl` | Rust | %s | Assistants |" % " | ".join(CLIENTS), "|---|---|---|---|---|" + "---|" * len(CLIENTS), *rows],
+             "generic": ["| Operation | Why |", "|---|---|", *generic]}
     text = read(PAGE)
     for name, lines in parts.items():
         text = re.sub(r"(<!-- generated: clients %s -->\n).*?(<!-- end -->)" % name, lambda mark: mark[1] + "\n".join(lines) + "\n" + mark[2], text, flags=re.DOTALL)
