@@ -208,7 +208,7 @@ def main():
              "generic": ["| Operation | Why |", "|---|---|", *generic]}
     text = read(PAGE)
     for name, lines in parts.items():
-        text = re.sub(r"(<!-- generated: clients %s -->\n).*?(<!-- end -->)" % name, lambda mark: mark[1] + "\n".join(lines) + "\n" + mark[2], text, flags=re.DOTALL)
+        text = re.sub(r"(<!-- clients: %s -->\n).*?(<!-- end of clients -->)" % name, lambda mark: mark[1] + "\n".join(lines) + "\n" + mark[2], text, flags=re.DOTALL)
     if text != read(PAGE):
         if "--check" in sys.argv:
             sys.exit("docs/reference/clients.md differs from the sources; run clients/coverage.py")
