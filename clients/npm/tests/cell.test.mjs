@@ -97,7 +97,7 @@ test("an answer that comes too late is not that of the next command", async () =
   await robot.reset();
 });
 
-test("a wait that ends in vain says what is there instead", async () => {
+test("a wait that times out says what is there instead", async () => {
   await robot.reset("stepped");
   await robot.setServo(true);
   await robot.putFile("ASK", ASK);
