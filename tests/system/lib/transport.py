@@ -56,17 +56,11 @@ class Listener:
         return self.socket.accept()[0]
 
 
-class Terminal:
-    """A serial terminal by its path, opened as programs open one: raw, with its speed and frame."""
+class Descriptor:
+    """An open file, such as the other end of a terminal."""
 
-    def __init__(self, path, settings):
-        self.file = os.open(path, os.O_RDWR | os.O_NOCTTY)
-        attributes = termios.tcgetattr(self.file)
-        frame = termios.CREAD | termios.CLOCAL | (termios.CS8 if settings.bits == 8 else termios.CS7)
-        frame |= {"N": 0, "E": termios.PARENB, "O": termios.PARENB | termios.PARODD}[settings.parity]
-        frame |= termios.CSTOPB if settings.stops == 2 else 0
-        speed = SPEEDS[settings.speed]
-        termios.tcsetattr(self.file, termios.TCSANOW, [0, 0, frame, 0, speed, speed, attributes[6]])
+    def __init__(self, file):
+        self.file = file
 
     def send(self, data):
         while data:
@@ -78,6 +72,19 @@ class Terminal:
 
     def close(self):
         os.close(self.file)
+
+
+class Terminal(Descriptor):
+    """A serial terminal by its path, opened as programs open one: raw, with its speed and frame."""
+
+    def __init__(self, path, settings):
+        super().__init__(os.open(path, os.O_RDWR | os.O_NOCTTY))
+        attributes = termios.tcgetattr(self.file)
+        frame = termios.CREAD | termios.CLOCAL | (termios.CS8 if settings.bits == 8 else termios.CS7)
+        frame |= {"N": 0, "E": termios.PARENB, "O": termios.PARENB | termios.PARODD}[settings.parity]
+        frame |= termios.CSTOPB if settings.stops == 2 else 0
+        speed = SPEEDS[settings.speed]
+        termios.tcsetattr(self.file, termios.TCSANOW, [0, 0, frame, 0, speed, speed, attributes[6]])
 
 
 class Remote:

@@ -23,6 +23,7 @@ import sys
 import tempfile
 import threading
 import tomllib
+import tty
 
 sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "lib"))
 sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "..", "..", "packaging"))
@@ -30,6 +31,7 @@ import verify  # noqa: E402
 from container_engine import ROOT, ROOT_COMMAND, run  # noqa: E402
 from emulator import Emulator  # noqa: E402
 from steps import Failed, equal, program, true  # noqa: E402
+from transport import Descriptor  # noqa: E402
 from wire import Host  # noqa: E402
 
 RELEASE = os.path.join(ROOT, "packaging", "release.py")
@@ -126,6 +128,18 @@ def answers(name, binary, *prefix, stop=signal.SIGTERM):
         emulator.stop(by=stop, within=20)
 
 
+def com_port(program):
+    """HOST on a COM port, which is a terminal to Wine; the host has its other end."""
+    ours, theirs = os.openpty()
+    tty.setraw(theirs)
+    os.symlink(os.ttyname(theirs), os.path.join(os.environ["WINEPREFIX"], "dosdevices", "com10"))
+    with Emulator(program, "--serial-host", "COM10", "--control-right", "rs232c", prefix=["wine"]) as emulator:
+        host = Host(Descriptor(ours), True)
+        equal("HOST on COM10 answers SU", "external(host)/cycle", host.status()["MODE"])
+        host.command(b"SO")
+        emulator.stop(by=signal.SIGINT, within=20)
+
+
 def windows(program, tools, scratch):
     """The program for Windows by Wine."""
     need("wine")
@@ -145,6 +159,7 @@ def windows(program, tools, scratch):
         answers("the program for Windows", program, "wine", stop=signal.SIGINT)
         said = run("wine", program, "exec", "--time", "auto", "--", "cmd", "/c", "ts3100.exe host %TS3100_IP0% su", cwd=folder)
         true("exec starts a Windows program, which asks the robot", "EXT (ETHER)" in said, said)
+        com_port(program)
     finally:
         subprocess.run(["wineserver", "--kill", "--wait"], check=False)
 
