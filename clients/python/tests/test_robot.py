@@ -60,7 +60,7 @@ def test_any_operation_is_called_by_its_name(robot: Robot) -> None:
     assert robot.call("get_events", {"since": 1, "count": 1}).startswith("event:")
     robot.files["PICK"] = PROGRAM
     robot.select("PICK")
-    assert robot.call("get_variable", {"name": "TBL(2)"})["name"] == "TBL(2)"
+    assert robot.call("get_variable", {"name": "TBL(2)"})["name"] == "TBL"
     for operation, arguments, message in (("get_inputt", {}, "unknown operation 'get_inputt'; did you mean 'get_input'?"),
                                           ("get_input", {}, "get_input needs the argument 'line'"),
                                           ("get_input", {"line": 5, "on": True}, "get_input has no argument 'on'")):
