@@ -187,7 +187,7 @@ void dialogue() {
     two.start_program();
     channel.timeout(ts3100::milliseconds(100));
     const std::string late = thrown<ts3100::NoReply>([&] { channel.wait_for_line("EVER"); });
-    expect("a line that does not come", "IP1 printed no line with `EVER` within 0.1 s, but `HOW FAR?`: the clock is stepped and stopped at 0 s; ASK is running, line 10, "
+    expect("a line that does not come", "IP1: expected a line with `EVER` within 0.1 s, found `HOW FAR?`: the clock is stepped and stopped at 0 s; ASK is running, line 10, "
            "an INPUT waits for IP1; alarms: none; outputs on:", late.substr(0, late.find(" outputs on:") + 12));
     expect("what was printed", true, late.find("; IP1 printed HOW FAR?<CR>, the pendant nothing") != std::string::npos);
     channel.send_line("2.5");

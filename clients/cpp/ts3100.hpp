@@ -795,7 +795,7 @@ public:
             }
         } catch (const NoReply&) {
             link_.limit({});
-            throw NoReply(name_ + " printed no line" + (text.empty() ? "" : " with `" + text + "`") + " within " + detail::seconds(link_.timeout) + ", but " +
+            throw NoReply(name_ + ": expected a line" + (text.empty() ? "" : " with `" + text + "`") + " within " + detail::seconds(link_.timeout) + ", found " +
                           (instead.empty() ? "nothing" : instead) + detail::described(describe_));
         }
     }

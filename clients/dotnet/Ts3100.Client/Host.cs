@@ -423,8 +423,8 @@ namespace Ts3100
             }
             catch (NoReplyException)
             {
-                throw new NoReplyException(name + " printed no line" + (text == "" ? "" : " with `" + text + "`") + " within " + Link.Seconds(limit)
-                    + ", but " + (others.Count == 0 ? "nothing" : string.Join(", ", others)) + link.Described());
+                throw new NoReplyException(name + ": expected a line" + (text == "" ? "" : " with `" + text + "`") + " within " + Link.Seconds(limit)
+                    + ", found " + (others.Count == 0 ? "nothing" : string.Join(", ", others)) + link.Described());
             }
             finally
             {

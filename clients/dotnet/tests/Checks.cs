@@ -211,7 +211,7 @@ static class Checks
                 two.StartProgram();
                 channel.Timeout = TimeSpan.FromSeconds(0.1);
                 string late = Thrown<NoReplyException>(() => channel.WaitForLine("EVER"));
-                Equal("a line that does not come", true, late.StartsWith("IP1 printed no line with `EVER` within 0.1 s, but `HOW FAR?`: the clock is stepped "
+                Equal("a line that does not come", true, late.StartsWith("IP1: expected a line with `EVER` within 0.1 s, found `HOW FAR?`: the clock is stepped "
                     + "and stopped at 0 s; ASK is running, line 27, an INPUT waits for IP1; alarms: none; outputs on: "));
                 Equal("what was printed", true, late.EndsWith("; IP1 printed HOW FAR?<CR>, the pendant nothing"));
                 channel.SendLine("2.5");

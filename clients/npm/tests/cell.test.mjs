@@ -108,7 +108,7 @@ test("a wait that times out says what is there instead", async () => {
   await assert.rejects(robot.advanceUntil("output 9 on", 0), ({ name, message }) => name === "NotReached" && message.startsWith(
     `\`output 9 on\` was not met within 0 s of virtual time: ${stopped}`) && message.endsWith("; IP1 printed HOW FAR?<CR>, the pendant nothing"));
   await assert.rejects(channel.waitForLine("EVER"), ({ name, message }) => name === "NoReply"
-    && message.startsWith(`IP1 printed no line with \`EVER\` within 0.1 s, but \`HOW FAR?\`: ${stopped}`));
+    && message.startsWith(`IP1: expected a line with \`EVER\` within 0.1 s, found \`HOW FAR?\`: ${stopped}`));
   await channel.sendLine("2.5");
   assert.equal(await channel.waitForLine("THAT IS"), "THAT IS       2.500");
   await robot.dropPeer("ip1");

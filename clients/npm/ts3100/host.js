@@ -79,7 +79,7 @@ class Link {
   #instead() {
     if (!this.others) return "";
     const found = this.#received ? [...this.others, this.#received] : this.others;
-    return ", but " + (found.slice(-LINES_SHOWN).map((line) => `\`${line}\``).join(", ") || "nothing");
+    return ", found " + (found.slice(-LINES_SHOWN).map((line) => `\`${line}\``).join(", ") || "nothing");
   }
 
   close() {
@@ -103,7 +103,7 @@ class Channel {
     const link = this.#link, wanted = text ? `line with \`${text}\`` : "line";
     link.others = [];
     for (;;) {
-      const line = (await link.take((received) => received.indexOf(CR) + 1 || -1, () => `${link.name} printed no ${wanted}`, timeout)).slice(0, -1);
+      const line = (await link.take((received) => received.indexOf(CR) + 1 || -1, () => `${link.name}: expected a ${wanted}`, timeout)).slice(0, -1);
       if (line.includes(text)) return line;
       link.others.push(line);
     }

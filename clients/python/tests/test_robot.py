@@ -69,7 +69,7 @@ def test_any_operation_is_called_by_its_name(robot: Robot) -> None:
         assert str(error.value) == message
 
 
-def test_a_wait_that_ends_in_vain_says_what_is_there_instead(pick: Robot) -> None:
+def test_a_wait_that_times_out_says_what_is_there_instead(pick: Robot) -> None:
     pick.files["ASK"] = 'PROGRAM ASK\nPRINT IP1, "WHERE", CR\nDELAY 1\nPRINT IP1, "THERE", CR\nINPUT IP1, X\nEND\n'
     pick.select("ASK")
     stopped = "the clock is stepped and stopped at 0 s; ASK is running, line 3; alarms: none; outputs on: "
@@ -82,9 +82,9 @@ def test_a_wait_that_ends_in_vain_says_what_is_there_instead(pick: Robot) -> Non
         assert channel.wait_for_line("WHERE") == "WHERE"
         with pytest.raises(NoReply) as late:
             channel.wait_for_line("THERE", timeout=0.1)
-        assert str(late.value).startswith(f"IP1 printed no line with `THERE` within 0.1 s, but nothing: {stopped}")
+        assert str(late.value).startswith(f"IP1: expected a line with `THERE` within 0.1 s, found nothing: {stopped}")
         pick.advance(1)
-        with pytest.raises(NoReply, match="IP1 printed no line with `EVER` within 0.1 s, but `THERE`: .* at 1 s;.* an INPUT waits for IP1"):
+        with pytest.raises(NoReply, match="IP1: expected a line with `EVER` within 0.1 s, found `THERE`: .* at 1 s;.* an INPUT waits for IP1"):
             channel.wait_for_line("EVER", timeout=0.1)
         with pick.host(timeout=0.1, pause=0) as host, pytest.raises(NoReply, match="did not send the SP of a stop within 0.1 s: the clock is"):
             host.wait_for_stop()

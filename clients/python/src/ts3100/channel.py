@@ -77,7 +77,7 @@ class Channel:
         found = [*others, self._received.decode("latin-1")] if self._received else others
         instead = ", ".join(f"`{line}`" for line in found[-LINES_SHOWN:]) or "nothing"
         described = self._describe()
-        return f"{self._name} printed no {wanted} within {timeout:g} s, but {instead}" + (f": {described}" if described else "")
+        return f"{self._name}: expected a {wanted} within {timeout:g} s, found {instead}" + (f": {described}" if described else "")
 
     def close(self) -> None:
         """Ends the connection."""
