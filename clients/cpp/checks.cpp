@@ -197,6 +197,9 @@ void dialogue() {
     two.start_program();
     two.advance(1);  // a serial line takes its time
     expect("COM1 as bare TCP", "ONE", line.read_line());
+    expect("no robot of exec", true, thrown<ts3100::Error>([] { Robot::from_environment(); }).find("TS3100_CONTROL_URL is not set: run the tests by") == 0);
+    set_variable("TS3100_CONTROL_URL", one.url().c_str());
+    expect("the robot of exec", 100, Robot::from_environment().override());
     expect("the log is not the output of the test", true, cell.process.log().find("INFO") != std::string::npos);
 }
 

@@ -1063,6 +1063,13 @@ public:
         base_ = slash == std::string::npos ? "" : detail::trimmed(url.substr(slash), '/');
     }
 
+    /// The robot that `ts3100 exec` has started around this process.
+    static Robot from_environment() {
+        const char *const url = std::getenv("TS3100_CONTROL_URL"), *const token = std::getenv("TS3100_CONTROL_TOKEN");
+        if (url == nullptr) throw Error("TS3100_CONTROL_URL is not set: run the tests by `ts3100 exec -- ctest`");
+        return Robot(url, token != nullptr ? token : "");
+    }
+
     /// The URL of the control interface.
     std::string url() const { return "http://" + address_ + ":" + std::to_string(port_) + base_; }
 

@@ -202,6 +202,10 @@ static class Checks
         using (var one = new Robot(fixture.Process.ControlUrl + "/robots/robot-1"))
         using (var two = new Robot(fixture.Process.ControlUrl + "/robots/robot-2"))
         {
+            Equal("no robot of exec", true, Thrown<ControlException>(() => Robot.FromEnvironment()).StartsWith("TS3100_CONTROL_URL is not set: run the tests by"));
+            Environment.SetEnvironmentVariable("TS3100_CONTROL_URL", one.Url);
+            using (Robot robot = Robot.FromEnvironment())
+                Equal("the robot of exec", 100, robot.Override());
             Equal("each robot has its address", false, one.Address().Port == two.Address().Port);
             two.PutFile("ASK", Ask);
             two.Select("ASK");

@@ -4,7 +4,7 @@ import { spawn } from "node:child_process";
 import { once } from "node:events";
 import { createServer } from "node:http";
 import { after, afterEach, before, beforeEach, test } from "node:test";
-import { Robot, start } from "ts3100";
+import { binary, Robot, start } from "ts3100";
 
 process.env.TS3100_KEY_SWITCH = "teaching"; // has no effect
 
@@ -135,6 +135,14 @@ test("any operation is called by its name", async () => {
   await assert.rejects(robot.call("get_inputt"), { message: "unknown operation get_inputt" });
   await assert.rejects(robot.call("get_input"), { message: "get_input needs the argument line" });
   await assert.rejects(robot.call("get_input", { line: 5, on: true }), { message: "get_input has no argument on" });
+});
+
+test("the robot of exec", async () => {
+  assert.throws(() => Robot.fromEnvironment(), { name: "ControlError", message: "TS3100_CONTROL_URL is not set: run the tests by `ts3100 exec -- npm test`" });
+  const code = 'import { Robot } from "ts3100"; console.log(await Robot.fromEnvironment().override());';
+  const exec = spawn(binary(), ["exec", "--", process.execPath, "--input-type=module", "-e", code], { stdio: ["ignore", "pipe", "ignore"] });
+  assert.equal(String((await once(exec.stdout, "data"))[0]), "100\n");
+  assert.deepEqual(await once(exec, "exit"), [0, null]);
 });
 
 test("one of several robots, and COM1 as bare TCP", async () => {

@@ -148,6 +148,8 @@ export class Channel {
 export class Robot {
   /** @param url that of the ready line or of TS3100_CONTROL_URL; ends in /robots/NAME for one of several robots */
   constructor(url: string, token?: string);
+  /** The robot that `ts3100 exec` has started around this process. */
+  static fromEnvironment(): Robot;
   /** Makes a call by its operation in the OpenAPI document. The arguments are the parameters and the fields of the body. */
   call<K extends keyof Operations>(operation: K, ...values: {} extends Operations[K][0] ? [Operations[K][0]?] : [Operations[K][0]]): Promise<Operations[K][1]>;
 

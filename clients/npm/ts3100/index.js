@@ -28,6 +28,12 @@ class Robot {
     this.#headers = token ? { authorization: `Bearer ${token}` } : {};
   }
 
+  static fromEnvironment() {
+    const { TS3100_CONTROL_URL: url, TS3100_CONTROL_TOKEN: token } = process.env;
+    if (!url) throw new ControlError(0, "TS3100_CONTROL_URL is not set: run the tests by `ts3100 exec -- npm test`");
+    return new Robot(url, token);
+  }
+
   // The path and the query take their arguments, the body has the others.
   async call(operation, values = {}) {
     if (!Object.hasOwn(OPERATIONS, operation)) throw new TypeError(`unknown operation ${operation}`);

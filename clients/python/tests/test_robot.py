@@ -113,6 +113,15 @@ def test_a_channel_reads_and_sends_lines(pick: Robot) -> None:
             assert line.read_line() == "ONE"
 
 
+def test_the_robot_of_exec(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.delenv("TS3100_CONTROL_URL", raising=False)
+    with pytest.raises(StartError, match="TS3100_CONTROL_URL is not set: run the tests by `ts3100 exec -- pytest`"):
+        Robot.from_environment()
+    code = "import ts3100; print(ts3100.Robot.from_environment().override)"
+    said = subprocess.run([ts3100.find_binary(), "exec", "--", sys.executable, "-c", code], stdout=subprocess.PIPE, text=True, check=True).stdout
+    assert said == "100\n"
+
+
 def test_a_refused_call_says_why(robot: Robot) -> None:
     robot.emergency_stop = True
     with pytest.raises(Refused, match="cannot turn the servo on: the emergency stop is pressed") as refused:

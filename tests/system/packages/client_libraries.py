@@ -111,6 +111,14 @@ def dotnet(binary, folder):
     libraries = ("-r:Ts3100.Client.dll", "-r:Ts3100.Testing.dll")
     compiled("Ts3100.Client.dll", "-target:library", "-doc:Ts3100.Client.xml", "-r:System.Net.Http.dll", sources=["Ts3100.Client/*.cs"])
     compiled("Ts3100.Testing.dll", "-target:library", "-doc:Ts3100.Testing.xml", libraries[0], sources=["Ts3100.Testing/*.cs"])
+    with open(os.path.join(ROOT, "docs", "how-to", "csharp.md"), encoding="utf-8") as page:
+        commands = re.findall(r"^mcs .*$", page.read(), re.MULTILINE)
+    place = os.path.join(folder, "page")
+    os.mkdir(place)
+    os.symlink(CLIENTS, os.path.join(place, "clients"))
+    equal("csharp.md compiles both libraries with Mono", 2, len(commands))
+    for command in commands:
+        succeeds(command.split(" -r:")[0], "bash", "-c", command, cwd=place)
     compiled("Checks.exe", *libraries, sources=["tests/Checks.cs"])
     compiled("Play.exe", *libraries, sources=["tests/Play.cs"])
     nunit = ("-target:library", "-define:NUNIT2", "-r:nunit.framework.dll", *libraries)

@@ -304,6 +304,14 @@ class Robot:
         of several; default the first."""
         return cls(url, token=token, robot=robot)
 
+    @classmethod
+    def from_environment(cls) -> Self:
+        """Connects to the robot that `ts3100 exec` has started around this process."""
+        url = os.environ.get("TS3100_CONTROL_URL")
+        if not url:
+            raise StartError("TS3100_CONTROL_URL is not set: run the tests by `ts3100 exec -- pytest`")
+        return cls(url, token=os.environ.get("TS3100_CONTROL_TOKEN"))
+
     def close(self) -> int:
         """Closes the connections and ends an emulator that was started here. Returns its exit code; 0 otherwise."""
         self._hang_up()
