@@ -1,4 +1,4 @@
-//! Self-check at the start: sends SU to IP0 over a real connection and waits for the answer, before the emulator reports
+//! Self-check at the start: sends SU to IP0 over a real connection and waits for the reply, before the emulator reports
 //! that it is ready. Faults are disarmed for the check. Afterwards the controller is restored, and no subscriber sees
 //! the exchange.
 
@@ -7,16 +7,18 @@ use crate::seat::Seat;
 use crate::socket;
 use std::io;
 use std::net::{IpAddr, Ipv4Addr, Ipv6Addr, SocketAddr};
-use std::time::Duration;
+use std::time::{Duration, Instant};
 use tokio::io::Interest;
 use tokio::net::TcpStream;
 use ts3100_controller::port::Port;
-use ts3100_proto::text::{Checksum, ETX, Framing, encode_text};
+use ts3100_host::{Conversation, Event, Expected, Options};
+use ts3100_proto::command::Command;
+use ts3100_proto::text::Checksum;
 
 /// Timeout of the whole exchange.
 const ANSWER_TIMEOUT: Duration = Duration::from_secs(10);
-/// Most bytes that are read; the answer to SU is shorter.
-const MAX_ANSWER: usize = 1_024;
+/// Bytes read at once; the reply to SU is shorter.
+const READ_BUFFER: usize = 1_024;
 
 /// An address to connect to a server that listens on `listen`: the loopback address if it listens on all
 /// interfaces.
@@ -30,10 +32,10 @@ pub fn connectable(listen: IpAddr) -> IpAddr {
 }
 
 impl Driver {
-    /// Runs the loop until SU is answered on IP0 of the first robot. Does nothing if IP0 is not a server channel.
+    /// Runs the loop until the first robot replies to SU on IP0. Does nothing if IP0 is not a server channel.
     ///
     /// # Errors
-    /// SU was not answered, or the ports could not be opened again afterwards.
+    /// There is no reply to SU, or the ports could not be opened again afterwards.
     pub async fn self_check(&mut self, listen: IpAddr) -> Result<(), OpenError> {
         let Some(number) = self.ports(FIRST).get(&Port::Ip0) else {
             return Ok(());
@@ -67,20 +69,32 @@ impl Driver {
 
 async fn exchange_su(address: SocketAddr, checksum: Checksum) -> io::Result<()> {
     let stream = TcpStream::connect(address).await?;
-    let text = encode_text(b"SU\r", Framing::Stx, checksum);
-    socket::write_all(&stream, &text).await?;
-    let mut answer = Vec::new();
-    let mut piece = [0; MAX_ANSWER];
-    while !answer.contains(&ETX) && answer.len() < MAX_ANSWER {
+    let mut host = Conversation::new(Options {
+        checksum,
+        ..Options::with_stx()
+    });
+    // One text is enough: any reply shows that the robot is served.
+    host.send(&Command::Su.encode(), Expected::Text);
+    let start = Instant::now();
+    let mut piece = [0; READ_BUFFER];
+    loop {
+        if let Some(bytes) = host.poll_transmit(start.elapsed()) {
+            socket::write_all(&stream, &bytes).await?;
+        }
+        match host.poll_event() {
+            Some(Event::Text(_)) => return Ok(()),
+            Some(Event::Failed(error)) => return Err(io::Error::other(error)),
+            Some(Event::Response(_) | Event::Bytes(_) | Event::Stopped | Event::Skipped { .. }) => continue,
+            None => {}
+        }
         socket::ready(&stream, Interest::READABLE).await?;
         match stream.try_read(&mut piece) {
             Ok(0) => return Err(io::ErrorKind::UnexpectedEof.into()),
-            Ok(count) => answer.extend(piece.iter().take(count)),
+            Ok(count) => host.receive(start.elapsed(), piece.get(..count).unwrap_or_default()),
             Err(error) if error.kind() == io::ErrorKind::WouldBlock => {}
             Err(error) => return Err(error),
         }
     }
-    Ok(())
 }
 
 #[cfg(test)]
@@ -90,7 +104,7 @@ mod tests {
     use tokio::net::TcpListener;
 
     #[tokio::test]
-    async fn a_robot_that_hangs_up_without_an_answer_fails_the_check() {
+    async fn a_robot_that_hangs_up_without_a_reply_fails_the_check() {
         let listener = TcpListener::bind((Ipv4Addr::LOCALHOST, 0)).await.unwrap();
         let address = listener.local_addr().unwrap();
         let robot = async {
