@@ -5,7 +5,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 use ts3100_controller::{Output, Port, Time};
-use ts3100_survey::{Line, Peer, PeerError};
+use ts3100_survey::{Connection, Peer, PeerError};
 
 /// The peer.
 pub struct VirtualPeer {
@@ -14,7 +14,7 @@ pub struct VirtualPeer {
     /// IP0 or HOST.
     port: Port,
     open: [bool; 3],
-    /// What was sent on the line for commands, one item for each call, with its time.
+    /// What was sent on the connection for commands, one item for each call, with its time.
     pub sent: Vec<(Duration, Vec<u8>)>,
     /// When somebody interrupts the survey, and the flag of its plan.
     pub interruption: Option<(Duration, Arc<AtomicBool>)>,
@@ -44,18 +44,18 @@ impl VirtualPeer {
                 Output::PowerOff => vec![self.port, Port::Ip1],
                 _ => continue,
             };
-            for line in [Line::Commands, Line::Channel] {
-                if ports.contains(&self.port(line)) {
-                    self.close(line);
+            for connection in [Connection::Commands, Connection::Channel] {
+                if ports.contains(&self.port(connection)) {
+                    self.close(connection);
                 }
             }
         }
     }
 
-    fn port(&self, line: Line) -> Port {
-        match line {
-            Line::Commands | Line::Second => self.port,
-            Line::Channel => Port::Ip1,
+    fn port(&self, connection: Connection) -> Port {
+        match connection {
+            Connection::Commands | Connection::Second => self.port,
+            Connection::Channel => Port::Ip1,
         }
     }
 }
@@ -65,52 +65,52 @@ impl Peer for VirtualPeer {
         self.robot.now().since(Time::ZERO)
     }
 
-    fn open(&mut self, line: Line) -> Result<(), PeerError> {
-        if self.is_serial() && line != Line::Commands {
+    fn open(&mut self, connection: Connection) -> Result<(), PeerError> {
+        if self.is_serial() && connection != Connection::Commands {
             return Err(PeerError::Absent);
         }
-        self.close(line);
+        self.close(connection);
         // A second connection is accepted and closed; that is the daemon's, not the controller's. A serial line is there.
-        if line != Line::Second {
+        if connection != Connection::Second {
             if !self.is_serial() {
-                self.robot.connect(self.port(line));
+                self.robot.connect(self.port(connection));
             }
-            self.open[line as usize] = true;
+            self.open[connection as usize] = true;
         }
         Ok(())
     }
 
-    fn close(&mut self, line: Line) {
-        if std::mem::take(&mut self.open[line as usize]) {
+    fn close(&mut self, connection: Connection) {
+        if std::mem::take(&mut self.open[connection as usize]) {
             if !self.is_serial() {
-                self.robot.disconnect(self.port(line));
+                self.robot.disconnect(self.port(connection));
             }
-            self.robot.received(self.port(line));
+            self.robot.received(self.port(connection));
         }
     }
 
-    fn send(&mut self, line: Line, bytes: &[u8]) -> Result<(), PeerError> {
-        if !self.open[line as usize] {
+    fn send(&mut self, connection: Connection, bytes: &[u8]) -> Result<(), PeerError> {
+        if !self.open[connection as usize] {
             return Err(PeerError::Closed);
         }
-        if line == Line::Commands {
+        if connection == Connection::Commands {
             self.sent.push((self.now(), bytes.to_vec()));
         }
-        self.robot.raw(self.port(line), bytes);
+        self.robot.raw(self.port(connection), bytes);
         self.follow();
         Ok(())
     }
 
-    fn receive(&mut self, line: Line, until: Duration) -> Result<Vec<u8>, PeerError> {
+    fn receive(&mut self, connection: Connection, until: Duration) -> Result<Vec<u8>, PeerError> {
         if let Some((at, stop)) = &self.interruption {
             stop.store(self.now() >= *at, Ordering::Relaxed);
         }
-        if !self.open[line as usize] {
+        if !self.open[connection as usize] {
             return Err(PeerError::Closed);
         }
         let end = Time::ZERO + until;
         loop {
-            let bytes = self.robot.received(self.port(line));
+            let bytes = self.robot.received(self.port(connection));
             let now = self.robot.now();
             if !bytes.is_empty() || now >= end {
                 return Ok(bytes);
@@ -119,7 +119,7 @@ impl Peer for VirtualPeer {
             let next = due.max(now + Duration::from_micros(1)).min(end);
             self.robot.advance(next.since(now));
             self.follow();
-            if !self.open[line as usize] {
+            if !self.open[connection as usize] {
                 return Err(PeerError::Closed);
             }
         }

@@ -11,7 +11,7 @@ const PAGE: &str = include_str!("../../../docs/explanation/fidelity.md");
 
 /// How a behaviour is known. What is only partly known counts as the weaker; the order here is that of the page.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-pub enum Evidence {
+pub enum EvidenceLevel {
     /// A manual of the maker says so: ours, its SCARA edition, or that of the client library.
     Stated,
     /// It was seen on the wire of real host programs, or reported by their authors.
@@ -24,22 +24,22 @@ pub enum Evidence {
     Ours,
 }
 
-impl Word for Evidence {
-    const ALL: &'static [Evidence] = &[
-        Evidence::Stated,
-        Evidence::Observed,
-        Evidence::Inferred,
-        Evidence::Assumed,
-        Evidence::Ours,
+impl Word for EvidenceLevel {
+    const ALL: &'static [EvidenceLevel] = &[
+        EvidenceLevel::Stated,
+        EvidenceLevel::Observed,
+        EvidenceLevel::Inferred,
+        EvidenceLevel::Assumed,
+        EvidenceLevel::Ours,
     ];
 
     fn word(self) -> &'static str {
         match self {
-            Evidence::Stated => "stated",
-            Evidence::Observed => "observed",
-            Evidence::Inferred => "inferred",
-            Evidence::Assumed => "assumed",
-            Evidence::Ours => "ours",
+            EvidenceLevel::Stated => "stated",
+            EvidenceLevel::Observed => "observed",
+            EvidenceLevel::Inferred => "inferred",
+            EvidenceLevel::Assumed => "assumed",
+            EvidenceLevel::Ours => "ours",
         }
     }
 }
@@ -178,7 +178,7 @@ pub struct Row {
     /// Its id, such as `text-5`.
     pub id: &'static str,
     /// How it is known.
-    pub evidence: Evidence,
+    pub evidence: EvidenceLevel,
     /// The questions of the catalogue that ask for it, or one of [`REASONS`].
     pub survey: &'static str,
     /// Behaviour of the emulator.
@@ -207,13 +207,13 @@ fn row(line: &'static str) -> Option<Row> {
 }
 
 /// How many rows have this evidence.
-pub fn count(evidence: Evidence) -> usize {
+pub fn count(evidence: EvidenceLevel) -> usize {
     rows().filter(|row| row.evidence == evidence).count()
 }
 
 /// The rows of which nothing is known.
 pub fn assumed() -> impl Iterator<Item = Row> {
-    rows().filter(|row| row.evidence == Evidence::Assumed)
+    rows().filter(|row| row.evidence == EvidenceLevel::Assumed)
 }
 
 /// The rows that remain assumed after the answers of a report.
@@ -227,14 +227,14 @@ pub fn remaining(report: &Report) -> impl Iterator<Item = Row> {
 }
 
 /// The weakest of the words in a cell, as in "stated for the SCARA (S74), inferred on six axes"; `None` without any.
-fn weakest(text: &str) -> Option<Evidence> {
+fn weakest(text: &str) -> Option<EvidenceLevel> {
     // What is partly ours has no source for that part. What is assumed can still be asked of a robot, so it comes first.
     let mut weakest_first = [
-        Evidence::Assumed,
-        Evidence::Ours,
-        Evidence::Inferred,
-        Evidence::Observed,
-        Evidence::Stated,
+        EvidenceLevel::Assumed,
+        EvidenceLevel::Ours,
+        EvidenceLevel::Inferred,
+        EvidenceLevel::Observed,
+        EvidenceLevel::Stated,
     ]
     .into_iter();
     // Whole words: `hours` says nothing of whose choice it is.
@@ -336,22 +336,22 @@ mod tests {
     #[test]
     fn what_is_partly_assumed_counts_as_assumed() {
         for (text, evidence) in [
-            ("stated (speed), assumed", Evidence::Assumed),
-            ("ours, the rest assumed", Evidence::Assumed),
+            ("stated (speed), assumed", EvidenceLevel::Assumed),
+            ("ours, the rest assumed", EvidenceLevel::Assumed),
             (
                 "ours, but for the number: stated by the library's manual (L75)",
-                Evidence::Ours,
+                EvidenceLevel::Ours,
             ),
-            ("ours (every common UART)", Evidence::Ours),
+            ("ours (every common UART)", EvidenceLevel::Ours),
             (
                 "stated for the SCARA (S74), inferred on six axes",
-                Evidence::Inferred,
+                EvidenceLevel::Inferred,
             ),
-            ("inferred from the maker (L82)", Evidence::Inferred),
-            ("observed: two sources", Evidence::Observed),
-            ("stated for the SCARA (S74)", Evidence::Stated),
-            ("stated by the library's manual (L65)", Evidence::Stated),
-            ("stated: every 24 hours", Evidence::Stated),
+            ("inferred from the maker (L82)", EvidenceLevel::Inferred),
+            ("observed: two sources", EvidenceLevel::Observed),
+            ("stated for the SCARA (S74)", EvidenceLevel::Stated),
+            ("stated by the library's manual (L65)", EvidenceLevel::Stated),
+            ("stated: every 24 hours", EvidenceLevel::Stated),
         ] {
             assert_eq!(weakest(text), Some(evidence), "{text}");
         }

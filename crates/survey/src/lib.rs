@@ -14,10 +14,10 @@ mod peer;
 mod probe;
 mod report;
 mod run;
-mod talk;
+mod session;
 
-pub use peer::{Line, Peer, PeerError, SerialPeer, TcpPeer};
+pub use peer::{Connection, Peer, PeerError, SerialPeer, TcpPeer};
 pub use probe::{Ask, Class, Probe, Verdict};
 pub use report::{Answer, Comparison, Difference, MAX_REPORT, Report, ReportError, compare};
 pub use run::{Plan, survey};
-pub use talk::{Heard, Trouble};
+pub use session::{ProbeError, Reply};

@@ -1,7 +1,7 @@
 //! The same answers from texts that others have exchanged: a recording of a host at work decides less than questions do, and
 //! disturbs nobody.
 //!
-//! One [`Passive`] for each connection; [`Evidence`] joins them. What was heard in two ways is unknown.
+//! One [`Passive`] for each connection; [`Observation`] joins them. What was heard in two ways is unknown.
 
 use crate::catalogue;
 use crate::forms;
@@ -15,17 +15,16 @@ use ts3100_proto::status::ExecutionStatus;
 use ts3100_proto::status::sm::QuickStatus;
 use ts3100_proto::status::su::StatusBody;
 use ts3100_proto::text::{
-    CR, Checksum, Decoded, EOF, EndRule, Framing, Reading, STX, StxRule, Text, TextDecoder, TextOptions,
+    CR, Checksum, Decoded, EOF, EndRule, Framing, HOST_DELAY, Reading, STX, StxRule, Text, TextDecoder,
+    TextOptions,
 };
 
-/// Sooner than this after a text of the controller no host may send (TRN-05).
-const PAUSE: Duration = Duration::from_millis(50);
-/// A stop of which nobody was told for so long is told to nobody.
+/// If no SP follows a stop within this time, the controller sends none.
 const STOP_NOTICE: Duration = Duration::from_secs(1);
 
-/// Evidence of all connections of a recording.
+/// What all connections of a recording show.
 #[derive(Debug, Default)]
-pub struct Evidence {
+pub struct Observation {
     heard: BTreeMap<&'static str, BTreeSet<String>>,
     versions: Vec<String>,
     arm: String,
@@ -36,8 +35,8 @@ pub struct Evidence {
     refused: BTreeSet<String>,
 }
 
-impl Evidence {
-    fn hear(&mut self, probe: &'static str, heard: impl Into<String>) {
+impl Observation {
+    fn note(&mut self, probe: &'static str, heard: impl Into<String>) {
         self.heard.entry(probe).or_default().insert(heard.into());
     }
 
@@ -51,10 +50,10 @@ impl Evidence {
             _ => None,
         };
         if let Some(stop) = stop {
-            self.hear("unsolicited-stop", stop);
+            self.note("unsolicited-stop", stop);
         }
         if ["SM", "HI"].iter().all(|letters| self.refused.contains(*letters)) {
-            self.hear("extensions", "NG");
+            self.note("extensions", "NG");
         }
         let answers = catalogue::probes().filter_map(|probe| {
             let heard = Vec::from_iter(self.heard.remove(probe.id)?);
@@ -85,7 +84,7 @@ struct Open {
 
 /// One connection, as a recording shows it.
 pub struct Passive<'a> {
-    evidence: &'a mut Evidence,
+    observation: &'a mut Observation,
     host: TextDecoder,
     /// When the host sent last.
     asked: Duration,
@@ -105,9 +104,9 @@ pub struct Passive<'a> {
 
 impl<'a> Passive<'a> {
     /// A connection that has just begun.
-    pub fn new(evidence: &'a mut Evidence) -> Passive<'a> {
+    pub fn new(observation: &'a mut Observation) -> Passive<'a> {
         Passive {
-            evidence,
+            observation,
             host: decoder(),
             asked: Duration::ZERO,
             open: None,
@@ -127,18 +126,18 @@ impl<'a> Passive<'a> {
         self.host.push(bytes);
         self.asked = at;
         while let Some(decoded) = self.host.next_as(Reading::Command) {
-            self.ask(decoded);
+            self.take_request(decoded);
         }
     }
 
     /// A text of the host.
-    fn ask(&mut self, decoded: Decoded) {
+    fn take_request(&mut self, decoded: Decoded) {
         let Decoded::Text(text) = decoded else { return };
         let at = self.asked;
         // Of several at once it is not known which one is answered; OK and NG are not.
         let is_done = |open: &Open| matches!(open.text.data.as_ref(), b"OK\r" | b"NG\r");
         let is_first = self.open.as_ref().is_none_or(is_done);
-        let is_early = self.last.is_some_and(|last| at < last + PAUSE);
+        let is_early = self.last.is_some_and(|last| at < last + HOST_DELAY);
         self.open = is_first.then_some(Open { text, at, is_early });
     }
 
@@ -146,7 +145,7 @@ impl<'a> Passive<'a> {
     pub fn robot(&mut self, at: Duration, bytes: &[u8]) {
         // The controller answers a text whose CR came last: its host sends no ETX.
         if let Some(decoded) = self.host.end_at_cr() {
-            self.ask(decoded);
+            self.take_request(decoded);
         }
         self.answered = Some((self.answered.map_or(at, |(begin, _)| begin), at));
         self.answer.extend_from_slice(bytes);
@@ -192,7 +191,7 @@ impl<'a> Passive<'a> {
         if texts.iter().any(|text| text.data == STOP) {
             texts.retain(|text| text.data != STOP);
             self.ended = None;
-            if let Some(told) = self.evidence.told.get_mut(usize::from(self.is_other)) {
+            if let Some(told) = self.observation.told.get_mut(usize::from(self.is_other)) {
                 *told = true;
             }
         }
@@ -204,8 +203,8 @@ impl<'a> Passive<'a> {
     fn total_status(&mut self, answer: &[u8]) {
         let form = forms::total_status(answer, answer.first() == Some(&STX));
         if form != forms::OTHER {
-            self.evidence.hear("total-status-texts", form);
-            self.evidence.arm = forms::arm(form);
+            self.observation.note("total-status-texts", form);
+            self.observation.arm = forms::arm(form);
         }
     }
 
@@ -218,7 +217,7 @@ impl<'a> Passive<'a> {
         let content = answer.data.strip_prefix(b"FL,".as_slice());
         let content = content.and_then(|data| data.strip_suffix(&[EOF]));
         if is_refused {
-            self.evidence.refused.insert(letters.to_owned());
+            self.observation.refused.insert(letters.to_owned());
         } else {
             self.forms(open, letters, answer);
         }
@@ -236,7 +235,7 @@ impl<'a> Passive<'a> {
         }
         if self.ended.is_some_and(|ended| open.at > ended + STOP_NOTICE) {
             self.ended = None;
-            if let Some(untold) = self.evidence.untold.get_mut(usize::from(self.is_other)) {
+            if let Some(untold) = self.observation.untold.get_mut(usize::from(self.is_other)) {
                 *untold = true;
             }
         }
@@ -250,23 +249,23 @@ impl<'a> Passive<'a> {
                 Framing::Bare => "answer without STX",
                 Framing::Stx => "answer",
             };
-            self.evidence.hear("stx", heard);
+            self.observation.note("stx", heard);
         }
         if !data.ends_with(&[CR]) {
-            self.evidence.hear("cr", "answer");
+            self.observation.note("cr", "answer");
         }
         if data.first().is_some_and(u8::is_ascii_lowercase) {
-            self.evidence.hear("lower-case", "answer");
+            self.observation.note("lower-case", "answer");
         }
         // An OK that came early may have been ignored, and the command served instead of it.
         if open.is_early {
-            self.evidence.hear("pause", "answer");
+            self.observation.note("pause", "answer");
         }
         if letters == "SM" {
-            match self.evidence.arm.as_str() {
+            match self.observation.arm.as_str() {
                 "" => {}
-                "SCARA" => self.evidence.hear("extensions", "served on a SCARA arm"),
-                _ => self.evidence.hear("extensions", "served"),
+                "SCARA" => self.observation.note("extensions", "served on a SCARA arm"),
+                _ => self.observation.note("extensions", "served"),
             }
         }
     }
@@ -275,26 +274,27 @@ impl<'a> Passive<'a> {
         let name = asked.data.to_ascii_uppercase();
         match letters {
             "SU" => {
-                self.evidence.hear("status-form", forms::status(content));
+                self.observation.note("status-form", forms::status(content));
                 if let Ok(status) = StatusBody::decode(content) {
                     self.follow(status.execution, at);
                 }
             }
             "VR" => {
-                self.evidence.hear("versions-form", forms::versions(content));
-                self.evidence.versions = forms::version_records(content);
+                self.observation.note("versions-form", forms::versions(content));
+                self.observation.versions = forms::version_records(content);
             }
-            "EU" => self.evidence.hear("history-form", forms::history(content)),
-            "CA" => self.evidence.hear("directory-form", forms::directory(content)),
+            "EU" => self.observation.note("history-form", forms::history(content)),
+            "CA" => self.observation.note("directory-form", forms::directory(content)),
             "SM" if QuickStatus::decode(content).is_ok() => {
-                self.evidence.hear("quick-status-form", "14 items");
+                self.observation.note("quick-status-form", "14 items");
             }
             "UL" if name.starts_with(b"UL,USER.PAR") => {
-                self.evidence.hear("parameter-line-end", forms::line_end(content));
+                self.observation
+                    .note("parameter-line-end", forms::line_end(content));
             }
             "UL" if name.starts_with(b"UL,ETHERNET.PAR") => {
                 if let Some(mode) = forms::open_mode(content) {
-                    self.evidence.hear("open-mode", mode);
+                    self.observation.note("open-mode", mode);
                 }
             }
             _ => {}

@@ -1,6 +1,6 @@
 //! What a question is made of.
 
-use crate::talk::{Heard, Talk, Trouble};
+use crate::session::{ProbeError, Reply, Session};
 use ts3100_proto::words::Word;
 
 /// Effect that a question may have on the robot.
@@ -64,7 +64,7 @@ impl Word for Verdict {
 /// How a question is asked.
 #[derive(Debug, Clone, Copy)]
 pub enum Ask {
-    /// These bytes are sent, in the readable notation. Heard is the kind of the first text that comes back, or `silence`.
+    /// These bytes are sent, in the readable notation. The reply is the type of the first text received, or `silence`.
     Bytes(&'static str),
     /// This program is run; heard is the value of its global variable R.
     Value(&'static str),
@@ -75,9 +75,9 @@ pub enum Ask {
     /// The content of this file or status is asked for; heard is its form.
     Form(&'static str, fn(&[u8]) -> &'static str),
     /// More than one step; heard is one of a few words.
-    Word(fn(&mut Talk<'_>) -> Result<&'static str, Trouble>),
+    Word(fn(&mut Session<'_>) -> Result<&'static str, ProbeError>),
     /// More than one step.
-    Steps(fn(&mut Talk<'_>) -> Result<Heard, Trouble>),
+    Steps(fn(&mut Session<'_>) -> Result<Reply, ProbeError>),
 }
 
 /// One question.
@@ -91,7 +91,7 @@ pub struct Probe {
     pub sends: &'static str,
     /// How it is asked.
     pub ask: Ask,
-    /// The known readings of the manual, each as the [`Heard`] of a controller that has it; `*` stands for any number, or
+    /// The known readings of the manual, each as the [`Reply`] of a controller that has it; `*` stands for any number, or
     /// several with blanks between them. The first is that of the emulator by default.
     pub readings: &'static [&'static str],
     /// The option that the first readings decide, and the value for each that makes the emulator do the same; `*` is the

@@ -5,7 +5,7 @@
 
 use crate::catalogue;
 use crate::probe::{Probe, Verdict};
-use crate::talk::Heard;
+use crate::session::Reply;
 use serde::Deserialize;
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
@@ -23,7 +23,7 @@ pub struct Answer {
     pub probe: String,
     pub verdict: Verdict,
     /// The answer; empty if nothing could be asked.
-    pub heard: Heard,
+    pub heard: Reply,
     /// The option it decides, and its value.
     pub sets: Option<(String, String)>,
     /// Why there is no verdict.
@@ -34,7 +34,7 @@ pub struct Answer {
 
 impl Answer {
     /// The answer of a controller from which this was heard.
-    pub fn heard(probe: &Probe, heard: Heard) -> Answer {
+    pub fn heard(probe: &Probe, heard: Reply) -> Answer {
         let (verdict, sets, note) = match probe.judge(&heard) {
             Some((verdict, sets)) => (verdict, sets, ""),
             None => (Verdict::Unknown, None, "no reading that is known"),
@@ -293,9 +293,9 @@ pub struct Difference {
     /// Name of the question.
     pub probe: String,
     /// Answer of the first one.
-    pub first: Heard,
+    pub first: Reply,
     /// Answer of the second one.
-    pub second: Heard,
+    pub second: Reply,
 }
 
 /// Answers of two reports to the same question.

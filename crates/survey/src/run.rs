@@ -2,10 +2,10 @@
 
 use crate::catalogue;
 use crate::forms;
-use crate::peer::{Line, Peer, PeerError};
+use crate::peer::{Connection, Peer, PeerError};
 use crate::probe::{Ask, Class, Probe, Verdict};
 use crate::report::{Answer, Report};
-use crate::talk::{FILE, Heard, PATIENCE, QUIET, Talk, Trouble};
+use crate::session::{FILE, PATIENCE, ProbeError, QUIET, Reply, Session};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
@@ -52,20 +52,20 @@ struct Before {
 /// Nobody answers.
 pub fn survey(peer: &mut dyn Peer, plan: &Plan, watch: &mut dyn FnMut(&Answer)) -> Result<Report, PeerError> {
     let is_serial = peer.is_serial();
-    let mut talk = Talk::new(peer, Arc::clone(&plan.stop));
+    let mut session = Session::new(peer, Arc::clone(&plan.stop));
     let mut report = Report::default();
-    if let Err(Trouble::Refused(reason) | Trouble::Surprise(reason)) = greet(&mut talk, &mut report) {
-        return Err(PeerError::Unreachable(reason));
+    if let Err(error) = greet(&mut session, &mut report) {
+        return Err(PeerError::Unreachable(error.to_string()));
     }
     let mut before = Before::default();
     let mut class = None;
     let mut is_surprised = false;
     for probe in plan.probes() {
         let allowed = match &report.stopped {
-            Some(_) => Err(Trouble::Refused("the survey had stopped".to_owned())),
+            Some(_) => Err(ProbeError::Refused("the survey had stopped".to_owned())),
             None if class == Some(probe.class) => Ok(()),
             None => {
-                let prepared = prepare(&mut talk, probe.class, &mut before);
+                let prepared = prepare(&mut session, probe.class, &mut before);
                 if prepared.is_ok() {
                     class = Some(probe.class);
                 }
@@ -73,16 +73,16 @@ pub fn survey(peer: &mut dyn Peer, plan: &Plan, watch: &mut dyn FnMut(&Answer)) 
             }
         };
         // What was sent before is no answer: SF has positions, and CA names.
-        talk.written().take();
-        let mut answer = match allowed.and_then(|()| ask(&mut talk, probe)) {
+        session.traffic().take();
+        let mut answer = match allowed.and_then(|()| ask(&mut session, probe)) {
             Ok(heard) => Answer::heard(probe, heard),
-            Err(Trouble::Refused(reason)) => Answer::without(probe, Verdict::Refused, reason),
-            Err(Trouble::Surprise(reason)) => {
+            Err(ProbeError::Refused(reason)) => Answer::without(probe, Verdict::Refused, reason),
+            Err(ProbeError::Unexpected(reason) | ProbeError::Timeout(reason)) => {
                 report.stopped = Some(format!("{}: {reason}", probe.id));
                 Answer::without(probe, Verdict::Unknown, reason)
             }
         };
-        answer.traffic = talk.written().take();
+        answer.traffic = session.traffic().take();
         if !probe.is_public {
             answer.traffic.clear();
         }
@@ -92,100 +92,98 @@ pub fn survey(peer: &mut dyn Peer, plan: &Plan, watch: &mut dyn FnMut(&Answer)) 
         if report.stopped.is_none()
             && class == Some(probe.class)
             && probe.class >= Class::Files
-            && let Err(Trouble::Surprise(reason)) = tidy(&mut talk, probe.class)
+            && let Err(error) = tidy(&mut session, probe.class)
+            && !error.is_refusal()
         {
-            report.stopped = Some(format!("after {}: {reason}", probe.id));
+            report.stopped = Some(format!("after {}: {error}", probe.id));
         }
         is_surprised |= report.stopped.is_some() && !plan.stop.load(Ordering::Relaxed);
     }
     if is_surprised {
         distrust_silence(&mut report);
     }
-    talk.ignore_interruptions();
+    session.ignore_interruptions();
     if class >= Some(Class::Files) || before.arm.is_some() {
-        report.left = put_back(&mut talk, &before, report.stopped.is_some());
+        report.left = put_back(&mut session, &before, report.stopped.is_some());
     }
     if !is_serial {
         // There the line takes most of the time.
-        report.answer_times = talk.delays().quartiles();
+        report.answer_times = session.delays().quartiles();
     }
-    redact(&mut report, &mut talk);
+    redact(&mut report, &mut session);
     Ok(report)
 }
 
 /// Reasons may tell what a controller has sent.
-fn redact(report: &mut Report, talk: &mut Talk<'_>) {
+fn redact(report: &mut Report, session: &mut Session<'_>) {
     let answers = report.answers.iter_mut();
     let texts = answers.flat_map(|answer| [&mut answer.heard, &mut answer.note]);
     for text in texts.chain(&mut report.stopped).chain(&mut report.left) {
-        *text = String::from_utf8_lossy(&talk.written().redacted(text.as_bytes())).into_owned();
+        *text = String::from_utf8_lossy(&session.traffic().redacted(text.as_bytes())).into_owned();
     }
 }
 
 /// Finds out whether texts have a checksum, and what kind of controller it is.
-fn greet(talk: &mut Talk<'_>, report: &mut Report) -> Result<(), Trouble> {
-    talk.reopen()?;
-    let text = talk.text("SU\r");
-    talk.send_at_once(&text)?;
-    let mut heard = talk.hear(PATIENCE)?;
-    let is_no_text = talk.is_midway();
+fn greet(session: &mut Session<'_>, report: &mut Report) -> Result<(), ProbeError> {
+    session.reopen()?;
+    let text = session.text("SU\r");
+    session.send_at_once(&text)?;
+    let mut heard = session.receive()?;
+    let is_no_text = session.is_partial();
     if heard.is_none() {
         // With checksums the controller still waits for that of the text; without, one byte between texts is nothing.
-        talk.set_checksum(Checksum::Sum);
-        let sum = talk.text("SU\r").last().copied();
-        talk.send_at_once(&Vec::from_iter(sum))?;
-        heard = talk.hear(PATIENCE)?;
+        session.set_checksum(Checksum::Sum);
+        let sum = session.text("SU\r").last().copied();
+        session.send_at_once(&Vec::from_iter(sum))?;
+        heard = session.receive()?;
     }
-    let heard = heard.ok_or_else(|| {
-        let what = match is_no_text {
-            true => "what answers SU is not a text of a controller",
-            false => "no answer to SU",
-        };
-        Trouble::Surprise(what.to_owned())
+    let heard = heard.ok_or_else(|| match is_no_text {
+        true => ProbeError::Unexpected("the reply to SU is not a TS3100 message".to_owned()),
+        false => ProbeError::Timeout("no reply to SU".to_owned()),
     })?;
     if !heard.data.starts_with(b"FL,") {
-        return Err(Trouble::Surprise(
-            "SU is answered, but not by a status".to_owned(),
+        return Err(ProbeError::Unexpected(
+            "the reply to SU is not a status".to_owned(),
         ));
     }
-    talk.rest_of_content("SU", heard.data.to_vec())?;
-    let status = talk.status()?;
-    talk.written().hide(&status.file);
-    if let Some(content) = talk.content("VR")? {
+    session.rest_of_content("SU", heard)?;
+    let status = session.status()?;
+    session.traffic().hide(&status.file);
+    if let Some(content) = session.content("VR")? {
         report.versions = forms::version_records(&content);
     }
-    if let Some(content) = talk.content("CA")? {
+    if let Some(content) = session.content("CA")? {
         for entry in decode_directory(&content).unwrap_or_default() {
-            talk.written().hide(&entry.name);
+            session.traffic().hide(&entry.name);
         }
     }
-    let (form, _) = talk.total_status()?;
+    let (form, _) = session.total_status()?;
     report.arm = forms::arm(form);
     Ok(())
 }
 
 /// Whether the controller is in a state in which questions of this class can be asked.
-fn prepare(talk: &mut Talk<'_>, class: Class, before: &mut Before) -> Result<(), Trouble> {
+fn prepare(session: &mut Session<'_>, class: Class, before: &mut Before) -> Result<(), ProbeError> {
     if class == Class::Look {
         return Ok(());
     }
-    let refused = |reason: &str| Err(Trouble::Refused(reason.to_owned()));
-    let status = talk.status()?;
+    let refused = |reason: &str| Err(ProbeError::Refused(reason.to_owned()));
+    let status = session.status()?;
     if !matches!(status.execution, ExecutionStatus::Reset) {
         return refused("a program runs or has stopped midway; let it end, or reset it");
     }
-    if before.selected.is_none() && catalogue::files_size(talk)?.is_some() {
+    if before.selected.is_none() && catalogue::files_size(session)?.is_some() {
         return refused("a file TSSURVEY is on the RAM drive; rename or erase it");
     }
     if class == Class::Files {
         return Ok(());
     }
-    let usual = match talk.is_serial() {
+    let usual = match session.is_serial() {
         true => MasterMode::ExtRs232c,
         false => MasterMode::ExtEther,
     };
     // Behind a gateway a connection is the serial line: the controller decides. It has nothing to reset.
-    if status.master_mode != usual && !talk.asks("RS,PRG")? {
+    if status.master_mode != usual && !session.is_accepted("RS,PRG")? {
         return refused(&format!(
             "this host may not start programs in {}; turn the key and give the control right for {}",
             status.master_mode.as_str(),
@@ -199,31 +197,31 @@ fn prepare(talk: &mut Talk<'_>, class: Class, before: &mut Before) -> Result<(),
     if class < Class::Motion {
         return Ok(());
     }
-    let status = catalogue::arm_status(talk)?.1;
+    let status = catalogue::arm_status(session)?.1;
     if status.feed_hold {
         return refused("feed hold is on; end it");
     }
     let is_on = status.servo;
     before.arm.get_or_insert(status);
     if !is_on {
-        talk.command("SO")?;
-        talk.wait(QUIET)?;
+        session.command("SO")?;
+        session.wait(QUIET)?;
     }
     Ok(())
 }
 
 /// The answer, if it was the same each time.
-fn ask(talk: &mut Talk<'_>, probe: &Probe) -> Result<Heard, Trouble> {
-    let mut first: Option<Heard> = None;
+fn ask(session: &mut Session<'_>, probe: &Probe) -> Result<Reply, ProbeError> {
+    let mut first: Option<Reply> = None;
     for _ in 0..probe.repeats() {
-        let heard = ask_once(talk, probe)?;
+        let heard = ask_once(session, probe)?;
         // Once is enough to see what was done.
-        talk.written().keep();
+        session.traffic().keep();
         // The same command in the usual form is answered: silence and NG meant the form.
         match probe.class {
             // Also for its time: few answers come in this class.
-            Class::Look => talk.status()?.execution,
-            Class::Files | Class::Program | Class::Motion => talk.execution()?,
+            Class::Look => session.status()?.execution,
+            Class::Files | Class::Program | Class::Motion => session.execution()?,
         };
         match &first {
             Some(first) if *first != heard => return Ok(format!("{first}, and another time {heard}")),
@@ -234,33 +232,33 @@ fn ask(talk: &mut Talk<'_>, probe: &Probe) -> Result<Heard, Trouble> {
     Ok(first.unwrap_or_default())
 }
 
-fn ask_once(talk: &mut Talk<'_>, probe: &Probe) -> Result<Heard, Trouble> {
+fn ask_once(session: &mut Session<'_>, probe: &Probe) -> Result<Reply, ProbeError> {
     match probe.ask {
         Ask::Bytes(text) => {
             let bytes = parse(text).unwrap_or_default();
-            let bytes = with_checksum(bytes, talk.checksum());
-            talk.kind_of_answer(&bytes)
+            let bytes = with_checksum(bytes, session.checksum());
+            session.reply_kind(&bytes)
         }
         Ask::Value(source) => {
-            talk.run(source)?;
-            Ok(catalogue::plain(&talk.variable("R", 1)?))
+            session.run(source)?;
+            Ok(catalogue::plain(&session.variable("R", 1)?))
         }
-        Ask::Stops(source) => match talk.try_run(source)? {
-            true => Ok(catalogue::plain(&talk.variable("R", 1)?)),
+        Ask::Stops(source) => match session.try_run(source)? {
+            true => Ok(catalogue::plain(&session.variable("R", 1)?)),
             false => Ok("stopped".to_owned()),
         },
         Ask::Selects(source) => {
-            talk.store(source)?;
-            if talk.asks(&format!("SL,{FILE}"))? {
+            session.store(source)?;
+            if session.is_accepted(&format!("SL,{FILE}"))? {
                 return Ok("accepted".to_owned());
             }
             // One that is certainly right: SL is not refused for another reason.
-            talk.select("PROGRAM SURVEY\r\nEND\r\n")?;
+            session.select("PROGRAM SURVEY\r\nEND\r\n")?;
             Ok("refused".to_owned())
         }
-        Ask::Form(command, form) => Ok(form(&talk.file(command)?).to_owned()),
-        Ask::Word(steps) => steps(talk).map(str::to_owned),
-        Ask::Steps(steps) => steps(talk),
+        Ask::Form(command, form) => Ok(form(&session.file(command)?).to_owned()),
+        Ask::Word(steps) => steps(session).map(str::to_owned),
+        Ask::Steps(steps) => steps(session),
     }
 }
 
@@ -293,34 +291,38 @@ fn distrust_silence(report: &mut Report) {
 
 /// Makes the controller ready for the next question: no alarm, no program midway, and to a question about files no file of
 /// the survey; a program is stored over the one before.
-fn tidy(talk: &mut Talk<'_>, class: Class) -> Result<(), Trouble> {
-    if talk.execution()? == ExecutionStatus::Running {
-        talk.asks("EC,BREAK")?;
-        talk.until_stopped(PATIENCE)?;
+fn tidy(session: &mut Session<'_>, class: Class) -> Result<(), ProbeError> {
+    if session.execution()? == ExecutionStatus::Running {
+        session.is_accepted("EC,BREAK")?;
+        session.until_stopped(PATIENCE)?;
     }
     if class >= Class::Program {
-        talk.asks("RS,PRG")?;
-        talk.asks("RS,SEL")?;
+        session.is_accepted("RS,PRG")?;
+        session.is_accepted("RS,SEL")?;
     } else {
-        erase(talk)?;
+        erase(session)?;
     }
     Ok(())
 }
 
 /// Erases the file of the survey.
-fn erase(talk: &mut Talk<'_>) -> Result<(), Trouble> {
-    talk.asks(&format!("ER,{FILE}")).map(drop)
+fn erase(session: &mut Session<'_>) -> Result<(), ProbeError> {
+    session.is_accepted(&format!("ER,{FILE}")).map(drop)
 }
 
 /// Puts servo power back. Returns what is left: power is not turned on and no axis is turned after a surprise, and feed hold
 /// is not ended.
-fn arm_back(talk: &mut Talk<'_>, before: &SystemStatus, is_surprised: bool) -> Result<Vec<String>, Trouble> {
-    let status = catalogue::arm_status(talk)?.1;
+fn arm_back(
+    session: &mut Session<'_>,
+    before: &SystemStatus,
+    is_surprised: bool,
+) -> Result<Vec<String>, ProbeError> {
+    let status = catalogue::arm_status(session)?.1;
     let mut left = Vec::new();
     match (before.servo, status.servo) {
         (true, false) if is_surprised => left.push("servo power was on and is off".to_owned()),
-        (true, false) => talk.command("SO")?,
-        (false, true) => talk.command("BR")?,
+        (true, false) => session.command("SO")?,
+        (false, true) => session.command("BR")?,
         (true, true) | (false, false) => {}
     }
     if status.feed_hold {
@@ -333,28 +335,30 @@ fn arm_back(talk: &mut Talk<'_>, before: &SystemStatus, is_surprised: bool) -> R
 }
 
 /// Puts back what was there before. Returns what could not be put back.
-fn put_back(talk: &mut Talk<'_>, before: &Before, is_surprised: bool) -> Vec<String> {
+fn put_back(session: &mut Session<'_>, before: &Before, is_surprised: bool) -> Vec<String> {
     let mut left = Vec::new();
-    if talk.reopen().is_err() {
+    if session.reopen().is_err() {
         return vec!["everything: the controller is out of reach".to_owned()];
     }
     // Something that came late must not keep the rest from being put back.
     let quiet = Duration::from_secs(1);
-    let _late = talk.listen(Line::Commands, PATIENCE).map(|_| talk.wait(quiet));
+    let _late = session
+        .receive_bytes(Connection::Commands, PATIENCE)
+        .map(|_| session.wait(quiet));
     let class = match before.selected {
         Some(_) => Class::Program,
         None => Class::Files,
     };
-    if tidy(talk, class).and_then(|()| erase(talk)).is_err() {
+    if tidy(session, class).and_then(|()| erase(session)).is_err() {
         left.push(format!("the file {FILE} may still be on the RAM drive"));
     }
     if let Some(selected) = before.selected.as_ref().filter(|name| !name.is_empty())
-        && talk.command(&format!("SL,{selected}")).is_err()
+        && session.command(&format!("SL,{selected}")).is_err()
     {
         left.push("the program that was selected before is not selected".to_owned());
     }
     if let Some(arm) = &before.arm {
-        match arm_back(talk, arm, is_surprised) {
+        match arm_back(session, arm, is_surprised) {
             Ok(rest) => left.extend(rest),
             Err(_) => left.push("servo power, feed hold and the last axis may have changed".to_owned()),
         }

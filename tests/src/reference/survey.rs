@@ -2,7 +2,7 @@
 
 use super::{code, table};
 use ts3100_proto::words::Word as _;
-use ts3100_survey::ledger::{self, Evidence, REASONS};
+use ts3100_survey::ledger::{self, EvidenceLevel, REASONS};
 use ts3100_survey::{Class, catalogue};
 
 /// A table of questions for each class.
@@ -35,9 +35,9 @@ pub(super) fn questions() -> String {
 
 /// How many rows have which evidence.
 pub(super) fn evidence() -> String {
-    let rows = Evidence::ALL
+    let rows = EvidenceLevel::ALL
         .iter()
-        .map(|evidence| [evidence.word().to_owned(), ledger::count(*evidence).to_string()]);
+        .map(|level| [level.word().to_owned(), ledger::count(*level).to_string()]);
     table(["Evidence", "Rows"], rows)
 }
 

@@ -150,7 +150,7 @@ fn nothing_is_sent_without_consent_or_to_nobody() {
     // IP1 answers no command.
     let output = run(&["survey", &serve.address(1), "--only", "stx"]);
     expect_code(&output, 3);
-    assert!(stderr(&output).contains("no answer to SU"), "{}", stderr(&output));
+    assert!(stderr(&output).contains("no reply to SU"), "{}", stderr(&output));
     // A page is no text, and a controller serves one host.
     let web = std::net::TcpListener::bind("127.0.0.1:0").unwrap();
     let place = web.local_addr().unwrap().to_string();
@@ -165,7 +165,7 @@ fn nothing_is_sent_without_consent_or_to_nobody() {
     let output = run(&["survey", &place, "--only", "stx"]);
     expect_code(&output, 3);
     let said = stderr(&output);
-    assert!(said.contains("not a text of a controller"), "{said}");
+    assert!(said.contains("is not a TS3100 message"), "{said}");
     assert!(said.contains("Give the port of IP0"), "{said}");
     let host = serve.dial(0);
     let output = run(&["survey", &address, "--only", "stx"]);

@@ -5,7 +5,7 @@ use std::collections::BTreeSet;
 use std::time::Duration;
 use ts3100_controller::{Config, PanelAction, Port};
 use ts3100_emulator::config::{ServeArgs, Settings};
-use ts3100_survey::passive::{Evidence, Passive};
+use ts3100_survey::passive::{Observation, Passive};
 use ts3100_survey::{Class, Report, ReportError, Verdict, compare, survey};
 use ts3100_tests::Robot;
 use ts3100_tests::testing::TempDir;
@@ -269,8 +269,8 @@ fn a_recording_decides_what_it_shows() {
         let mut robot = Robot::with(config(options));
         robot.connect(Port::Ip0);
         robot.panel(PanelAction::Servo(true));
-        let mut evidence = Evidence::default();
-        let mut passive = Passive::new(&mut evidence);
+        let mut observation = Observation::default();
+        let mut passive = Passive::new(&mut observation);
         for text in HELD {
             let at = Duration::from_micros(robot.now().as_micros());
             passive.host(at, text);
@@ -284,7 +284,7 @@ fn a_recording_decides_what_it_shows() {
             }
         }
         passive.finish();
-        let report = evidence.report();
+        let report = observation.report();
         let truth = surveyed(options, &ALL);
         assert!(report.answers.len() >= 7, "{report:?}");
         for answer in &report.answers {

@@ -4,7 +4,7 @@ use super::config;
 use Said::{Again, Host, Robot as Controller};
 use std::time::Duration;
 use ts3100_controller::{PanelAction, Port};
-use ts3100_survey::passive::{Evidence, Passive};
+use ts3100_survey::passive::{Observation, Passive};
 use ts3100_tests::Robot;
 
 /// A part of a recording.
@@ -26,8 +26,8 @@ fn robot(text: &str) -> Said {
 
 /// What a recording with a part every 2 s says about unasked stops.
 fn heard(parts: &[Said]) -> Option<String> {
-    let mut evidence = Evidence::default();
-    let mut passive = Passive::new(&mut evidence);
+    let mut observation = Observation::default();
+    let mut passive = Passive::new(&mut observation);
     for (at, part) in (0..).step_by(2).map(Duration::from_secs).zip(parts) {
         match part {
             Host(text) => passive.host(at, text.as_bytes()),
@@ -36,7 +36,7 @@ fn heard(parts: &[Said]) -> Option<String> {
         }
     }
     passive.finish();
-    let answers = evidence.report().answers.into_iter();
+    let answers = observation.report().answers.into_iter();
     let mut stops = answers.filter(|answer| answer.probe == "unsolicited-stop");
     stops.next().map(|answer| answer.heard)
 }

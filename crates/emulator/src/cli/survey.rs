@@ -24,8 +24,8 @@ use ts3100_proto::parameter::SerialSettings;
 use ts3100_proto::words::{UnexpectedWord, Word};
 use ts3100_recording::reports::junit;
 use ts3100_recording::transcript::{PeerId, RecordKind, Recording};
-use ts3100_survey::ledger::{self, Evidence};
-use ts3100_survey::passive::{Evidence as Heard, Passive};
+use ts3100_survey::ledger::{self, EvidenceLevel};
+use ts3100_survey::passive::{Observation, Passive};
 use ts3100_survey::{
     Answer, Class, Difference, Peer, Plan, Report, SerialPeer, TcpPeer, Verdict, catalogue, survey,
 };
@@ -46,10 +46,10 @@ const MADE_BY: &str = concat!("ts3100 ", env!("CARGO_PKG_VERSION"));
 ///
 /// Asks a real controller, or any other, and writes what it answers into a file: `ts3100 serve --like FILE` then behaves like
 /// that controller. By default only commands are sent that change nothing (`look`). One connection, at most 20 requests a
-/// second, with the pauses that the manual asks for. It stops at the first surprise and puts back what it changed. Nothing is
-/// sent anywhere else. Ctrl-C ends it: it restores what it changed, and writes the answers so far.
+/// second, with the pauses that the manual asks for. It stops at the first unexpected reply and puts back what it changed.
+/// Nothing is sent anywhere else. Ctrl-C ends it: it restores what it changed, and writes the answers so far.
 ///
-/// Exit codes: 0 done; 1 stopped at a surprise or by Ctrl-C, or the files differ; 2 wrong usage or a file that cannot be read; 3 no answer.
+/// Exit codes: 0 done; 1 stopped at an unexpected reply or by Ctrl-C, or the files differ; 2 wrong usage or a file that cannot be read; 3 no reply.
 #[derive(Debug, Args)]
 #[command(args_conflicts_with_subcommands = true, arg_required_else_help = true)]
 pub(super) struct SurveyArgs {
@@ -117,12 +117,12 @@ struct TargetArgs {
     dry_run: bool,
 }
 
-/// Test a controller or an emulator of your own against the readings of this one.
+/// Check another controller or emulator for the behaviour of this one.
 ///
 /// Asks the questions of `survey`. A question passes if the answer is a reading of the manual that is known; with --strict only
 /// if it is the one that this emulator has by default.
 ///
-/// Exit codes: 0 all passed; 1 one failed, or stopped by Ctrl-C; 2 wrong usage; 3 no answer.
+/// Exit codes: 0 all passed; 1 one failed, or stopped by Ctrl-C; 2 wrong usage; 3 no reply.
 #[derive(Debug, Args)]
 #[command(arg_required_else_help = true)]
 pub(super) struct ConformArgs {
@@ -136,7 +136,7 @@ pub(super) struct ConformArgs {
     junit: Option<PathBuf>,
 }
 
-/// Count what is known of the controller, and how.
+/// Show how many behaviours are confirmed, observed or assumed.
 #[derive(Debug, Args)]
 pub(super) struct FidelityArgs {
     /// List the rows: id, evidence, the question that asks for it or the reason why none does, and what the emulator does
@@ -398,9 +398,9 @@ fn compare(first: &Path, second: &Path) -> anyhow::Result<u8> {
 
 fn infer(path: &Path, out: Option<&Path>) -> anyhow::Result<u8> {
     let recording = Recording::read(path)?;
-    let mut evidence = Heard::default();
+    let mut observation = Observation::default();
     for line in protocol_lines(&recording) {
-        let mut passive = Passive::new(&mut evidence);
+        let mut passive = Passive::new(&mut observation);
         for record in &recording.records {
             let at = Duration::from_micros(record.at.as_micros());
             match &record.kind {
@@ -418,7 +418,7 @@ fn infer(path: &Path, out: Option<&Path>) -> anyhow::Result<u8> {
         }
         passive.finish();
     }
-    let mut report = evidence.report();
+    let mut report = observation.report();
     MADE_BY.clone_into(&mut report.made_by);
     for answer in &report.answers {
         say!("{}", line(answer));
@@ -496,8 +496,8 @@ pub(super) fn fidelity(args: &FidelityArgs) -> anyhow::Result<u8> {
         }
         out += "\n";
     }
-    for evidence in Evidence::ALL {
-        out += &format!("{:>4} {}\n", ledger::count(*evidence), evidence.word());
+    for level in EvidenceLevel::ALL {
+        out += &format!("{:>4} {}\n", ledger::count(*level), level.word());
     }
     output::print(out).map(|()| 0)
 }

@@ -262,3 +262,23 @@ fn texts_have_their_checksums() {
         }
     }
 }
+
+#[test]
+fn a_file_goes_on_after_its_first_text_was_looked_at() {
+    let mut host = Conversation::new(Options::with_stx());
+    host.begin_pause(ms(10));
+    host.send(b"CA\r", Expected::Text);
+    assert_eq!(host.poll_transmit(ms(59)), None);
+    assert_eq!(sent(&mut host), "\\x02CA\\r\\x03");
+    assert_eq!(host.sent_at(), Some(ms(10) + PAUSE));
+    host.receive(ms(70), b"\x02FL,A 1\r\x03");
+    let Some(Event::Text(first)) = host.poll_event() else {
+        panic!("no text");
+    };
+    assert_eq!(host.deadline(), None, "it is not acknowledged yet");
+    host.continue_file(first);
+    assert_eq!(sent(&mut host), "\\x02OK\\r\\x03");
+    host.receive(ms(200), b"\x02B 2\r\x1a\x03");
+    assert_eq!(sent(&mut host), "\\x02OK\\r\\x03");
+    assert_eq!(responses(&mut host), [content(b"A 1\rB 2\r")]);
+}

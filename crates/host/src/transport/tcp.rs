@@ -31,15 +31,22 @@ impl TcpTransport {
                 Ok(stream) => {
                     stream.set_nodelay(true)?;
                     stream.set_write_timeout(Some(timeout))?;
-                    return Ok(TcpTransport {
-                        stream,
-                        start: Instant::now(),
-                    });
+                    return Ok(TcpTransport::from(stream));
                 }
                 Err(error) => last = error,
             }
         }
         Err(last)
+    }
+}
+
+impl From<TcpStream> for TcpTransport {
+    /// Uses a connected stream, with its limits for writes.
+    fn from(stream: TcpStream) -> TcpTransport {
+        TcpTransport {
+            stream,
+            start: Instant::now(),
+        }
     }
 }
 

@@ -2,9 +2,9 @@
 
 use super::ROW;
 use crate::forms;
-use crate::peer::{Line, PeerError};
+use crate::peer::{Connection, PeerError};
 use crate::probe::{Ask, Probe};
-use crate::talk::{Heard, PATIENCE, Talk, Trouble};
+use crate::session::{PATIENCE, ProbeError, Reply, Session};
 use std::time::Duration;
 use ts3100_proto::status::mn::MaintenanceItem;
 use ts3100_proto::status::sm::QuickStatus;
@@ -31,8 +31,8 @@ pub(super) const PROBES: &[Probe] = &[
         id: "checksum",
         question: "Does a text end with a checksum?",
         sends: "SU without and with a checksum",
-        ask: Ask::Word(|talk| {
-            Ok(match talk.checksum() {
+        ask: Ask::Word(|session| {
+            Ok(match session.checksum() {
                 Checksum::None => "none",
                 Checksum::Sum => "sum",
             })
@@ -176,7 +176,7 @@ pub(super) const PROBES: &[Probe] = &[
         id: "total-status-texts",
         question: "In how many texts does SF travel?",
         sends: "SF",
-        ask: Ask::Word(|talk| Ok(talk.total_status()?.0)),
+        ask: Ask::Word(|session| Ok(session.total_status()?.0)),
         readings: &["one text, six axes", "several texts, six axes", "one text, SCARA"],
         decides: Some(("sf.split", &["one", "several"])),
         with_other_arm: Some("one text, SCARA"),
@@ -196,8 +196,8 @@ pub(super) const PROBES: &[Probe] = &[
         id: "quick-status-form",
         question: "Which form has SM?",
         sends: "SM,1",
-        ask: Ask::Steps(|talk| {
-            let content = talk.file("SM,1")?;
+        ask: Ask::Steps(|session| {
+            let content = session.file("SM,1")?;
             let items = content.split(|byte| *byte == b' ').count();
             Ok(match QuickStatus::decode(&content) {
                 Ok(_) => format!("{items} items"),
@@ -226,15 +226,15 @@ pub(super) const PROBES: &[Probe] = &[
         id: "line-words",
         question: "How does IO end?",
         sends: "IO,1",
-        ask: Ask::Word(|talk| {
-            let burst = talk.burst("IO,1")?;
-            let sum = usize::from(talk.checksum() == Checksum::Sum);
+        ask: Ask::Word(|session| {
+            let burst = session.raw_reply("IO,1")?;
+            let sum = usize::from(session.checksum() == Checksum::Sum);
             let text = burst.get(..burst.len() - sum).unwrap_or_default();
             let data = text.get(1..text.len().saturating_sub(1)).unwrap_or_default();
             let Some(content) = data.strip_prefix(b"FL,".as_slice()) else {
-                return Err(Trouble::Refused("IO,1 got NG".to_owned()));
+                return Err(ProbeError::Refused("IO,1 got NG".to_owned()));
             };
-            talk.acknowledge()?;
+            session.acknowledge()?;
             Ok(match content.len() {
                 80 => "80 bytes without EOF",
                 81 if content.last() == Some(&EOF) => "80 bytes and EOF",
@@ -269,8 +269,8 @@ pub(super) const PROBES: &[Probe] = &[
         id: "open-mode",
         question: "How are the channels opened?",
         sends: "UL,ETHERNET.PAR",
-        ask: Ask::Steps(|talk| {
-            let content = talk.file("UL,ETHERNET.PAR")?;
+        ask: Ask::Steps(|session| {
+            let content = session.file("UL,ETHERNET.PAR")?;
             Ok(forms::open_mode(&content).unwrap_or_else(|| forms::OTHER.to_owned()))
         }),
         readings: &["1 1 1 1", "*"],
@@ -297,79 +297,79 @@ pub(super) const PROBES: &[Probe] = &[
     },
 ];
 
-fn over_long(talk: &mut Talk<'_>) -> Result<Heard, Trouble> {
-    talk.kind_of_answer_to(&format!("{}\r", "A".repeat(TOO_LONG)))
+fn over_long(session: &mut Session<'_>) -> Result<Reply, ProbeError> {
+    session.reply_kind_to(&format!("{}\r", "A".repeat(TOO_LONG)))
 }
 
 /// The first text is full, the second one has the end.
-fn long_message(talk: &mut Talk<'_>) -> Result<Heard, Trouble> {
+fn long_message(session: &mut Session<'_>) -> Result<Reply, ProbeError> {
     let message = format!("SU{}\r", " ".repeat(TOO_LONG));
     let (first, second) = message.split_at(MAX_DATA);
-    let first = talk.kind_of_answer_to(first)?;
-    let second = talk.kind_of_answer_to(second)?;
+    let first = session.reply_kind_to(first)?;
+    let second = session.reply_kind_to(second)?;
     Ok(format!("{first}, {second}"))
 }
 
-fn command_in_exchange(talk: &mut Talk<'_>) -> Result<Heard, Trouble> {
-    let first = talk.ask("SU")?;
-    if !first.starts_with(b"FL,") {
-        return Err(Trouble::Refused("SU got NG".to_owned()));
+fn command_in_exchange(session: &mut Session<'_>) -> Result<Reply, ProbeError> {
+    let first = session.request("SU")?;
+    if !first.data.starts_with(b"FL,") {
+        return Err(ProbeError::Refused("SU got NG".to_owned()));
     }
-    talk.kind_of_answer_to("SU\r")
+    session.reply_kind_to("SU\r")
 }
 
-fn within_the_pause(talk: &mut Talk<'_>) -> Result<Heard, Trouble> {
-    if talk.asks("QQ")? {
-        return Err(Trouble::Refused("QQ, which is no command, got OK".to_owned()));
+fn within_the_pause(session: &mut Session<'_>) -> Result<Reply, ProbeError> {
+    if session.is_accepted("QQ")? {
+        return Err(ProbeError::Refused("QQ, which is no command, got OK".to_owned()));
     }
-    let (asked, answered) = talk.asked();
-    let text = talk.text("SU\r");
-    talk.send_at_once(&text)?;
-    let is_prompt = talk.now().saturating_sub(answered) < PROMPT;
-    let heard = talk.hear(PATIENCE)?;
-    let heard = talk.kind(heard)?;
+    let (asked, answered) = session.request_times();
+    let text = session.text("SU\r");
+    session.send_at_once(&text)?;
+    let is_prompt = session.now().saturating_sub(answered) < PROMPT;
+    let heard = session.receive()?;
+    let heard = session.kind_of(heard)?;
     // A controller that takes its time may have begun to count before its answer was here.
-    let is_exact = answered.saturating_sub(asked) < PROMPT || talk.is_serial();
+    let is_exact = answered.saturating_sub(asked) < PROMPT || session.is_serial();
     Ok(match is_prompt && is_exact {
         true => heard,
         false => "too slow to tell".to_owned(),
     })
 }
 
-fn second_connection(talk: &mut Talk<'_>) -> Result<&'static str, Trouble> {
-    talk.open(Line::Second)?;
-    let second = talk.listen(Line::Second, SECOND);
+fn second_connection(session: &mut Session<'_>) -> Result<&'static str, ProbeError> {
+    session.open(Connection::Second)?;
+    let second = session.receive_bytes(Connection::Second, SECOND);
     let heard = match second {
         Err(PeerError::Closed) => {
-            talk.status()?;
+            session.status()?;
             "the first stays"
         }
         Err(error) => return Err(error.into()),
         Ok(bytes) if !bytes.is_empty() => "a greeting",
         Ok(_) => {
-            let text = talk.text("SU\r");
-            let asked = talk.say(Line::Second, &text);
-            let answered = asked.and_then(|()| talk.listen(Line::Second, PATIENCE));
+            let text = session.text("SU\r");
+            let asked = session.send_bytes(Connection::Second, &text);
+            let answered = asked.and_then(|()| session.receive_bytes(Connection::Second, PATIENCE));
             let has_answer = answered.is_ok_and(|bytes| bytes.starts_with(&[STX]));
-            match (has_answer, talk.is_closed()) {
+            match (has_answer, session.is_closed()) {
                 (true, true) => "the second replaces it",
                 (true, false) => "both are served",
                 (false, _) => "the second is silent",
             }
         }
     };
-    talk.close(Line::Second);
+    session.close(Connection::Second);
     if heard != "the first stays" {
-        talk.reopen()?;
+        session.reopen()?;
     }
     Ok(heard)
 }
 
-fn extensions(talk: &mut Talk<'_>) -> Result<&'static str, Trouble> {
+fn extensions(session: &mut Session<'_>) -> Result<&'static str, ProbeError> {
     // Two of them: one alone may be refused for another reason.
-    let quick_status = talk.content("SM,1")?.is_some();
-    let inputs = talk.content("HI,1 8")?.is_some();
-    let is_scara = talk.total_status()?.0 == "one text, SCARA";
+    let quick_status = session.content("SM,1")?.is_some();
+    let inputs = session.content("HI,1 8")?.is_some();
+    let is_scara = session.total_status()?.0 == "one text, SCARA";
     Ok(match (quick_status, inputs, is_scara) {
         (true, true, true) => "served on a SCARA arm",
         (true, true, false) => "served",
@@ -378,39 +378,39 @@ fn extensions(talk: &mut Talk<'_>) -> Result<&'static str, Trouble> {
     })
 }
 
-fn while_sending(talk: &mut Talk<'_>) -> Result<&'static str, Trouble> {
-    if !talk.is_serial() {
-        return Err(Trouble::Refused("only a serial line takes turns".to_owned()));
+fn while_sending(session: &mut Session<'_>) -> Result<&'static str, ProbeError> {
+    if !session.is_serial() {
+        return Err(ProbeError::Refused("only a serial line takes turns".to_owned()));
     }
-    let text = talk.text("SU\r");
-    talk.wait(PATIENCE)?;
-    talk.send_at_once(&text)?;
-    talk.until_something_comes(PATIENCE)?;
-    talk.send_at_once(&text)?;
-    let first = talk.hear(PATIENCE)?;
+    let text = session.text("SU\r");
+    session.wait(PATIENCE)?;
+    session.send_at_once(&text)?;
+    session.wait_for_byte()?;
+    session.send_at_once(&text)?;
+    let first = session.receive()?;
     if first.is_none() {
-        return Err(Trouble::Surprise("no answer to SU".to_owned()));
+        return Err(ProbeError::Timeout("no reply to SU".to_owned()));
     }
     // Received: it is a command instead of OK. Lost: the exchange still waits for its OK.
-    let second = talk.hear(PATIENCE)?;
+    let second = session.receive()?;
     let heard = if second.is_some() { "received" } else { "lost" };
-    talk.acknowledge()?;
+    session.acknowledge()?;
     Ok(heard)
 }
 
-fn character_limit(talk: &mut Talk<'_>) -> Result<&'static str, Trouble> {
+fn character_limit(session: &mut Session<'_>) -> Result<&'static str, ProbeError> {
     let mut heard = Vec::new();
     for pause in [ALLOWED_PAUSE, FORBIDDEN_PAUSE] {
-        let text = talk.text("SU\r");
+        let text = session.text("SU\r");
         let (begin, end) = text.split_at(1);
-        talk.wait(PATIENCE / 10)?;
-        talk.send_at_once(begin)?;
-        talk.wait(pause)?;
-        talk.send_at_once(end)?;
-        let answer = talk.hear(PATIENCE)?;
+        session.wait(PATIENCE / 10)?;
+        session.send_at_once(begin)?;
+        session.wait(pause)?;
+        session.send_at_once(end)?;
+        let answer = session.receive()?;
         // The rest of a dropped text is one without STX to a controller that takes such texts.
         let is_whole = answer.as_ref().is_some_and(|text| text.framing == Framing::Stx);
-        talk.kind(answer)?;
+        session.kind_of(answer)?;
         heard.push(is_whole);
     }
     Ok(match heard.as_slice() {

@@ -4,7 +4,7 @@
 use super::ROW;
 use super::program::trust;
 use crate::probe::{Ask, Class, Probe};
-use crate::talk::{Heard, QUIET, Talk, Trouble};
+use crate::session::{ProbeError, QUIET, Reply, Session};
 use std::time::Duration;
 use ts3100_proto::status::ExecutionStatus;
 use ts3100_proto::status::sf::{SfLayout, SystemStatus};
@@ -46,15 +46,15 @@ pub(super) const PROBES: &[Probe] = &[
         id: "do-stop-notice",
         question: "Is SP sent at the end of a DO?",
         sends: "DO,R = 1",
-        ask: Ask::Word(|talk| {
-            talk.reopen()?;
-            talk.select(WAITS)?;
-            talk.take_stops();
-            talk.command("DO,R = 1")?;
-            talk.until_stopped(LONGEST_DO)?;
-            talk.wait(QUIET)?;
-            let is_told = talk.take_stops() > 0;
-            Ok(if trust(talk, is_told)? { "SP" } else { "none" })
+        ask: Ask::Word(|session| {
+            session.reopen()?;
+            session.select(WAITS)?;
+            session.take_stops();
+            session.command("DO,R = 1")?;
+            session.until_stopped(LONGEST_DO)?;
+            session.wait(QUIET)?;
+            let is_told = session.take_stops() > 0;
+            Ok(if trust(session, is_told)? { "SP" } else { "none" })
         }),
         readings: &["none", "SP"],
         ..MOTION
@@ -63,9 +63,9 @@ pub(super) const PROBES: &[Probe] = &[
         id: "do-flow-control",
         question: "Is DO with flow control refused?",
         sends: "DO,GOTO L1",
-        ask: Ask::Word(|talk| {
-            talk.select(WAITS)?;
-            talk.reply("DO,GOTO L1")
+        ask: Ask::Word(|session| {
+            session.select(WAITS)?;
+            session.acknowledgement("DO,GOTO L1")
         }),
         readings: &["NG", "OK"],
         ..MOTION
@@ -74,19 +74,19 @@ pub(super) const PROBES: &[Probe] = &[
         id: "break-in-delay",
         question: "Where does EC,BREAK stop a program?",
         sends: "a program with DELAY 3; RN, EC,BREAK",
-        ask: Ask::Steps(|talk| {
-            talk.reopen()?;
-            talk.select(WAITS)?;
-            talk.take_stops();
-            talk.begin()?;
-            if !talk.asks("EC,BREAK")? {
-                talk.finish()?;
+        ask: Ask::Steps(|session| {
+            session.reopen()?;
+            session.select(WAITS)?;
+            session.take_stops();
+            session.begin()?;
+            if !session.is_accepted("EC,BREAK")? {
+                session.finish()?;
                 return Ok("NG".to_owned());
             }
-            let status = talk.finish()?;
-            talk.wait(QUIET)?;
-            let is_told = talk.take_stops() > 0;
-            let notice = if trust(talk, is_told)? { ", SP" } else { "" };
+            let status = session.finish()?;
+            session.wait(QUIET)?;
+            let is_told = session.take_stops() > 0;
+            let notice = if trust(session, is_told)? { ", SP" } else { "" };
             Ok(format!(
                 "{}{notice}",
                 status.map_or("running", ExecutionStatus::as_str)
@@ -105,11 +105,11 @@ pub(super) const PROBES: &[Probe] = &[
         id: "feed-hold",
         question: "Does the second FD end feed hold?",
         sends: "FD, SF, FD, SF",
-        ask: Ask::Word(|talk| {
+        ask: Ask::Word(|session| {
             let mut held = Vec::new();
             for _ in 0..2 {
-                talk.command("FD")?;
-                held.push(total_status(talk)?.feed_hold);
+                session.command("FD")?;
+                held.push(total_status(session)?.feed_hold);
             }
             Ok(match held.as_slice() {
                 [true, false] => "it ends it",
@@ -124,8 +124,8 @@ pub(super) const PROBES: &[Probe] = &[
         id: "stop-in-feed-hold",
         question: "Where does SP in feed hold stop a program?",
         sends: "a program with DELAY 3; RN, FD, SU, SP, SF",
-        ask: Ask::Steps(|talk| {
-            let (_, status) = stopped_in_feed_hold(talk)?;
+        ask: Ask::Steps(|session| {
+            let (_, status) = stopped_in_feed_hold(session)?;
             let hold = if status.feed_hold { ", still held" } else { "" };
             Ok(format!("{}{hold}", status.execution.as_str()))
         }),
@@ -136,7 +136,7 @@ pub(super) const PROBES: &[Probe] = &[
         id: "feed-hold-running",
         question: "Does SU show a program in feed hold as running?",
         sends: "a program with DELAY 3; RN, FD, SU, SP, SF",
-        ask: Ask::Word(|talk| Ok(stopped_in_feed_hold(talk)?.0.as_str())),
+        ask: Ask::Word(|session| Ok(stopped_in_feed_hold(session)?.0.as_str())),
         readings: &["running", "stop (retry)", "stop (continue)"],
         ..PRIVATE
     },
@@ -144,13 +144,13 @@ pub(super) const PROBES: &[Probe] = &[
         id: "reset-ends-feed-hold",
         question: "Does RS,PRG end feed hold?",
         sends: "FD, RS,PRG, SF",
-        ask: Ask::Word(|talk| {
-            talk.select(WAITS)?;
-            talk.command("FD")?;
-            talk.command("RS,PRG")?;
-            let is_held = total_status(talk)?.feed_hold;
+        ask: Ask::Word(|session| {
+            session.select(WAITS)?;
+            session.command("FD")?;
+            session.command("RS,PRG")?;
+            let is_held = total_status(session)?.feed_hold;
             if is_held {
-                talk.command("FD")?;
+                session.command("FD")?;
             }
             Ok(if is_held { "it stays" } else { "it ends it" })
         }),
@@ -161,9 +161,9 @@ pub(super) const PROBES: &[Probe] = &[
         id: "mode-abbreviation",
         question: "Are the words of EC,MODE taken when they are cut?",
         sends: "EC,MODE CYCLE and EC,MODE CY, in cycle operation",
-        ask: Ask::Word(|talk| {
-            talk.command("EC,MODE CYCLE")?;
-            talk.reply("EC,MODE CY")
+        ask: Ask::Word(|session| {
+            session.command("EC,MODE CYCLE")?;
+            session.acknowledgement("EC,MODE CY")
         }),
         readings: &["OK", "NG"],
         ..MOTION
@@ -172,12 +172,12 @@ pub(super) const PROBES: &[Probe] = &[
         id: "quick-status-do",
         question: "Does a DO that moves nothing change DC of SM?",
         sends: "SM,1, DO,R = 1, SM,1",
-        ask: Ask::Word(|talk| {
-            talk.select(WAITS)?;
-            let before = executed(talk)?;
-            talk.command("DO,R = 1")?;
-            talk.until_stopped(LONGEST_DO)?;
-            let after = executed(talk)?;
+        ask: Ask::Word(|session| {
+            session.select(WAITS)?;
+            let before = executed(session)?;
+            session.command("DO,R = 1")?;
+            session.until_stopped(LONGEST_DO)?;
+            let after = executed(session)?;
             Ok(match (&before, &after) {
                 (Some(_), Some(_)) if before == after => "it stays",
                 (Some(_), Some(_)) => "it counts",
@@ -191,9 +191,9 @@ pub(super) const PROBES: &[Probe] = &[
         id: "servo-twice",
         question: "What is answered to SO while servo power is on?",
         sends: "SO, SO",
-        ask: Ask::Word(|talk| {
-            talk.command("SO")?;
-            talk.reply("SO")
+        ask: Ask::Word(|session| {
+            session.command("SO")?;
+            session.acknowledgement("SO")
         }),
         readings: &["OK", "NG"],
         ..MOTION
@@ -210,8 +210,8 @@ pub(super) const PROBES: &[Probe] = &[
 ];
 
 /// SF, and of which arm it is.
-pub(crate) fn arm_status(talk: &mut Talk<'_>) -> Result<(SfLayout, SystemStatus), Trouble> {
-    let (form, content) = talk.total_status()?;
+pub(crate) fn arm_status(session: &mut Session<'_>) -> Result<(SfLayout, SystemStatus), ProbeError> {
+    let (form, content) = session.total_status()?;
     let layout = match form {
         "one text, SCARA" => SfLayout::Six,
         _ => SfLayout::Eight,
@@ -219,60 +219,60 @@ pub(crate) fn arm_status(talk: &mut Talk<'_>) -> Result<(SfLayout, SystemStatus)
     let status = SystemStatus::decode(content.get(..layout.len()).unwrap_or_default(), layout);
     status
         .map(|status| (layout, status))
-        .map_err(|_| Trouble::Surprise("the answer to SF has no form that is known".to_owned()))
+        .map_err(|_| ProbeError::Unexpected("the answer to SF has no form that is known".to_owned()))
 }
 
-fn total_status(talk: &mut Talk<'_>) -> Result<SystemStatus, Trouble> {
-    Ok(arm_status(talk)?.1)
+fn total_status(session: &mut Session<'_>) -> Result<SystemStatus, ProbeError> {
+    Ok(arm_status(session)?.1)
 }
 
 /// DC of SM.
-fn executed(talk: &mut Talk<'_>) -> Result<Option<String>, Trouble> {
-    let content = talk.file("SM,1")?;
+fn executed(session: &mut Session<'_>) -> Result<Option<String>, ProbeError> {
+    let content = session.file("SM,1")?;
     let text = String::from_utf8_lossy(&content);
     let mut items = text.split(' ').filter(|item| item.starts_with("DC"));
     Ok(items.next().map(str::to_owned))
 }
 
 /// Holds a program and stops it: the status while it is held, and after SP.
-fn stopped_in_feed_hold(talk: &mut Talk<'_>) -> Result<(ExecutionStatus, SystemStatus), Trouble> {
-    talk.select(WAITS)?;
-    talk.begin()?;
-    talk.command("FD")?;
-    let held = talk.status()?.execution;
-    talk.command("SP")?;
-    talk.wait(QUIET)?;
-    let status = total_status(talk)?;
+fn stopped_in_feed_hold(session: &mut Session<'_>) -> Result<(ExecutionStatus, SystemStatus), ProbeError> {
+    session.select(WAITS)?;
+    session.begin()?;
+    session.command("FD")?;
+    let held = session.status()?.execution;
+    session.command("SP")?;
+    session.wait(QUIET)?;
+    let status = total_status(session)?;
     if status.feed_hold {
-        talk.command("FD")?;
+        session.command("FD")?;
     }
-    talk.finish()?;
+    session.finish()?;
     Ok((held, status))
 }
 
 /// Halves the interval in which the time lies, until it is known to 10 ms. What the network adds is never taken for time of the
 /// controller: the beginning lies between DO and its OK, the moment of the status between SU and its answer.
-fn do_shown_running(talk: &mut Talk<'_>) -> Result<Heard, Trouble> {
-    talk.select(WAITS)?;
+fn do_shown_running(session: &mut Session<'_>) -> Result<Reply, ProbeError> {
+    session.select(WAITS)?;
     let (mut least, mut most) = (Duration::ZERO, LONGEST_DO);
     // One after the other first: that narrows it down to the time of two answers.
-    talk.command("DO,R = 1")?;
-    let (sent, accepted) = talk.asked();
-    while least < LONGEST_DO && talk.status()?.execution == ExecutionStatus::Running {
-        least = talk.asked().0.saturating_sub(accepted);
+    session.command("DO,R = 1")?;
+    let (sent, accepted) = session.request_times();
+    while least < LONGEST_DO && session.status()?.execution == ExecutionStatus::Running {
+        least = session.request_times().0.saturating_sub(accepted);
     }
-    most = most.min(talk.asked().1.saturating_sub(sent));
+    most = most.min(session.request_times().1.saturating_sub(sent));
     for _ in 0..MOST_TRIES {
         if most.saturating_sub(least) <= DO_EXACT {
             break;
         }
-        talk.until_stopped(LONGEST_DO)?;
-        talk.command("DO,R = 1")?;
-        let (sent, accepted) = talk.asked();
+        session.until_stopped(LONGEST_DO)?;
+        session.command("DO,R = 1")?;
+        let (sent, accepted) = session.request_times();
         let aim = accepted + (least + most) / 2;
-        talk.wait(aim.saturating_sub(talk.now()))?;
-        let execution = talk.status()?.execution;
-        let (asked, answered) = talk.asked();
+        session.wait(aim.saturating_sub(session.now()))?;
+        let execution = session.status()?.execution;
+        let (asked, answered) = session.request_times();
         if execution == ExecutionStatus::Running {
             least = least.max(asked.saturating_sub(accepted));
         } else {
@@ -290,18 +290,18 @@ fn do_shown_running(talk: &mut Talk<'_>) -> Result<Heard, Trouble> {
     Ok(roundest.unwrap_or(least.midpoint(most)).to_string())
 }
 
-fn servo_interval(talk: &mut Talk<'_>) -> Result<Heard, Trouble> {
+fn servo_interval(session: &mut Session<'_>) -> Result<Reply, ProbeError> {
     let (mut least, mut most) = (Duration::ZERO, Duration::ZERO);
     for _ in 0..3 {
-        talk.command("BR")?;
-        talk.wait(QUIET)?;
-        talk.command("SO")?;
-        let (sent, accepted) = talk.asked();
+        session.command("BR")?;
+        session.wait(QUIET)?;
+        session.command("SO")?;
+        let (sent, accepted) = session.request_times();
         let mut last_off = Duration::ZERO;
         loop {
-            let asked = talk.now();
-            let is_on = total_status(talk)?.servo;
-            let answered = talk.now();
+            let asked = session.now();
+            let is_on = total_status(session)?.servo;
+            let answered = session.now();
             if is_on {
                 least = least.max(last_off);
                 most = most.max(answered.saturating_sub(sent));
@@ -311,7 +311,7 @@ fn servo_interval(talk: &mut Talk<'_>) -> Result<Heard, Trouble> {
             if last_off > LONGEST_SERVO {
                 return Ok("servo power does not come".to_owned());
             }
-            talk.wait(QUIET)?;
+            session.wait(QUIET)?;
         }
     }
     let whole = most.as_secs();

@@ -3,7 +3,7 @@
 use super::ROW;
 use crate::forms;
 use crate::probe::{Ask, Class, Probe};
-use crate::talk::{FILE, Heard, Talk, Trouble};
+use crate::session::{FILE, ProbeError, Reply, Session};
 use std::time::Duration;
 use ts3100_proto::status::ExecutionStatus;
 
@@ -94,9 +94,9 @@ pub(super) const PROBES: &[Probe] = &[
         id: "alarm-date",
         question: "How does AC write the year of an alarm?",
         sends: "a program: R = U, which an alarm stops; AC",
-        ask: Ask::Word(|talk| {
-            talk.try_run(WITHOUT_VALUE)?;
-            let content = talk.content("AC")?;
+        ask: Ask::Word(|session| {
+            session.try_run(WITHOUT_VALUE)?;
+            let content = session.content("AC")?;
             Ok(content.map_or("no AC", |content| forms::alarm_year(&content)))
         }),
         readings: &["four digits", "two digits", "no AC"],
@@ -184,16 +184,16 @@ pub(super) const PROBES: &[Probe] = &[
         id: "product",
         question: "Is the second factor of P * T relative to the first?",
         sends: "a program: R = X of a position turned by 90 degrees, times a shift by 10 in Y",
-        ask: Ask::Steps(|talk| {
-            let turned = match talk.total_status()?.0 {
+        ask: Ask::Steps(|session| {
+            let turned = match session.total_status()?.0 {
                 "one text, SCARA" => "0,0,0,90",
                 _ => "0,0,0,0,0,90",
             };
             let source = format!(
                 "GLOBAL\r\nR = 7.0\r\nEND\r\nPROGRAM SURVEY\r\nP = POINT({turned})*TRANS(0,10)\r\nR = P.X\r\nEND\r\n"
             );
-            talk.run(&source)?;
-            Ok(plain(&talk.variable("R", 1)?))
+            session.run(&source)?;
+            Ok(plain(&session.variable("R", 1)?))
         }),
         readings: &["-10", "0", "10"],
         is_public: false,
@@ -203,13 +203,13 @@ pub(super) const PROBES: &[Probe] = &[
         id: "global-array",
         question: "Does an array of GLOBAL without initial values survive RS,PRG?",
         sends: "a program with an array, run before and after RS,PRG",
-        ask: Ask::Steps(|talk| {
+        ask: Ask::Steps(|session| {
             let source = "GLOBAL\r\nR = 7.0\r\nDIM TBL(2) AS INTEGER\r\nEND\r\nPROGRAM SURVEY\r\nR = TBL(1)\r\nTBL(1) = 5\r\nEND\r\n";
-            talk.run(source)?;
-            talk.command("RS,PRG")?;
-            talk.start()?;
-            talk.finish()?;
-            Ok(plain(&talk.variable("R", 1)?))
+            session.run(source)?;
+            session.command("RS,PRG")?;
+            session.start()?;
+            session.finish()?;
+            Ok(plain(&session.variable("R", 1)?))
         }),
         readings: &["5", "0"],
         ..PROGRAM
@@ -218,14 +218,14 @@ pub(super) const PROBES: &[Probe] = &[
         id: "reset-locals",
         question: "Does a variable of the program survive RS,STP?",
         sends: "a program that gives N a value in its first run and reads it in the next; RS,STP between them",
-        ask: Ask::Word(|talk| {
+        ask: Ask::Word(|session| {
             let source = "GLOBAL\r\nR = 7.0\r\nF = 0\r\nEND\r\nPROGRAM SURVEY\r\nIF F == 1 THEN GOTO L1\r\nN = 5\r\n\
                 F = 1\r\nGOTO L2\r\nL1: R = N\r\nL2:\r\nEND\r\n";
-            talk.run(source)?;
-            talk.command("RS,STP")?;
-            talk.start()?;
-            talk.finish()?;
-            Ok(match plain(&talk.variable("R", 1)?).as_str() {
+            session.run(source)?;
+            session.command("RS,STP")?;
+            session.start()?;
+            session.finish()?;
+            Ok(match plain(&session.variable("R", 1)?).as_str() {
                 "5" => "it stays",
                 // An alarm stops the program, or what has no value counts as 0.
                 "7" | "0" => "it has no value",
@@ -240,9 +240,9 @@ pub(super) const PROBES: &[Probe] = &[
         id: "restore",
         question: "Does RESTORE write a value into the file?",
         sends: "a program with a global of 1: it becomes 5, RESTORE; UL",
-        ask: Ask::Word(|talk| {
-            talk.run("GLOBAL\r\nSURV = 1\r\nEND\r\nPROGRAM SURVEY\r\nSURV = 5\r\nRESTORE\r\nEND\r\n")?;
-            let content = talk.content(&format!("UL,{FILE}"))?.unwrap_or_default();
+        ask: Ask::Word(|session| {
+            session.run("GLOBAL\r\nSURV = 1\r\nEND\r\nPROGRAM SURVEY\r\nSURV = 5\r\nRESTORE\r\nEND\r\n")?;
+            let content = session.content(&format!("UL,{FILE}"))?.unwrap_or_default();
             let text = String::from_utf8_lossy(&content).replace(' ', "");
             let is_written = text
                 .split("END")
@@ -257,9 +257,9 @@ pub(super) const PROBES: &[Probe] = &[
         id: "start-without-file",
         question: "What is answered to RN without a selected file?",
         sends: "RS,SEL, RN",
-        ask: Ask::Word(|talk| {
-            talk.command("RS,SEL")?;
-            talk.reply("RN")
+        ask: Ask::Word(|session| {
+            session.command("RS,SEL")?;
+            session.acknowledgement("RN")
         }),
         readings: &["NG", "OK"],
         ..PROGRAM
@@ -268,14 +268,14 @@ pub(super) const PROBES: &[Probe] = &[
         id: "download-selected",
         question: "What happens to a stopped program whose file is stored again?",
         sends: "a program with DELAY 0.8; RN, SP; DL of the same file",
-        ask: Ask::Word(|talk| {
+        ask: Ask::Word(|session| {
             let source = computes!("DELAY 0.8\r\nR = 1\r\nDELAY 1\r\n");
-            talk.select(source)?;
-            talk.begin()?;
-            talk.command("SP")?;
-            talk.finish()?;
-            talk.store(source)?;
-            Ok(talk.status()?.execution.as_str())
+            session.select(source)?;
+            session.begin()?;
+            session.command("SP")?;
+            session.finish()?;
+            session.store(source)?;
+            Ok(session.status()?.execution.as_str())
         }),
         readings: &["stop (reset)", "stop (continue)"],
         ..PROGRAM
@@ -318,9 +318,9 @@ pub(super) const PROBES: &[Probe] = &[
         id: "label-rcycle",
         question: "What is answered to RS,CYC without the label RCYCLE?",
         sends: "a program without RCYCLE, selected; RS,CYC",
-        ask: Ask::Word(|talk| {
-            talk.select("PROGRAM SURVEY\r\nEND\r\n")?;
-            talk.reply("RS,CYC")
+        ask: Ask::Word(|session| {
+            session.select("PROGRAM SURVEY\r\nEND\r\n")?;
+            session.acknowledgement("RS,CYC")
         }),
         readings: &["OK", "NG"],
         decides: Some(("rs.cycle_without_label", &["as-step", "ng"])),
@@ -330,9 +330,9 @@ pub(super) const PROBES: &[Probe] = &[
         id: "erase-selected",
         question: "What is answered to ER of the selected file?",
         sends: "a program, selected; ER",
-        ask: Ask::Word(|talk| {
-            talk.select("PROGRAM SURVEY\r\nEND\r\n")?;
-            talk.reply(&format!("ER,{FILE}"))
+        ask: Ask::Word(|session| {
+            session.select("PROGRAM SURVEY\r\nEND\r\n")?;
+            session.acknowledgement(&format!("ER,{FILE}"))
         }),
         readings: &["NG", "OK"],
         ..PROGRAM
@@ -341,11 +341,11 @@ pub(super) const PROBES: &[Probe] = &[
         id: "stop-in-delay",
         question: "Where does SP inside a DELAY stop a program?",
         sends: "a program: DELAY 0.8, R = 1; RN, SP",
-        ask: Ask::Word(|talk| {
-            talk.select(computes!("DELAY 0.8\r\nR = 1\r\n"))?;
-            talk.begin()?;
-            talk.command("SP")?;
-            Ok(talk.finish()?.map_or("running", ExecutionStatus::as_str))
+        ask: Ask::Word(|session| {
+            session.select(computes!("DELAY 0.8\r\nR = 1\r\n"))?;
+            session.begin()?;
+            session.command("SP")?;
+            Ok(session.finish()?.map_or("running", ExecutionStatus::as_str))
         }),
         readings: &["stop (continue)", "stop (retry)", "stop (reset)"],
         ..PROGRAM
@@ -376,7 +376,7 @@ pub(super) const PROBES: &[Probe] = &[
 ];
 
 /// A number without needless digits; any other text as it is.
-pub(crate) fn plain(value: &str) -> Heard {
+pub(crate) fn plain(value: &str) -> Reply {
     match value.parse::<f64>() {
         Ok(number) => format!("{number}"),
         Err(_) => value.to_owned(),
@@ -384,78 +384,79 @@ pub(crate) fn plain(value: &str) -> Heard {
 }
 
 /// The largest difference at which a real is equal to 0, to four digits: the program halves an interval.
-fn equal_within(talk: &mut Talk<'_>) -> Result<Heard, Trouble> {
+fn equal_within(session: &mut Session<'_>) -> Result<Reply, ProbeError> {
     let source = computes!(
         "L = 0.0\r\nH = 2000.0\r\nFOR I = 1 TO 50\r\nM = (L + H)/2\r\nIF M == 0.0 THEN GOTO YES\r\nH = M\r\nGOTO OK\r\n\
          YES: L = M\r\nOK: NEXT I\r\nR = L*1000\r\n"
     );
-    talk.run(source)?;
-    let thousandths: f64 = talk
+    session.run(source)?;
+    let thousandths: f64 = session
         .variable("R", 1)?
         .parse()
-        .map_err(|_| Trouble::Surprise("MR gave no number".to_owned()))?;
+        .map_err(|_| ProbeError::Unexpected("MR gave no number".to_owned()))?;
     // MR writes three decimals; a real has seven digits.
     let value = thousandths / 1000.0;
     let digits = format!("{value:.3e}").parse::<f64>().unwrap_or(value);
     Ok(plain(&format!("{digits}")))
 }
 
-fn wait_after_stop(talk: &mut Talk<'_>) -> Result<&'static str, Trouble> {
-    talk.select("GLOBAL\r\nR = 0.0\r\nF = 0\r\nEND\r\nPROGRAM SURVEY\r\nWAIT F == 1\r\nR = 1\r\nEND\r\n")?;
-    talk.begin()?;
-    talk.command("SP")?;
-    if talk.until_stopped(SETTLED)?.is_none() {
-        talk.command("EC,BREAK")?;
+fn wait_after_stop(session: &mut Session<'_>) -> Result<&'static str, ProbeError> {
+    session
+        .select("GLOBAL\r\nR = 0.0\r\nF = 0\r\nEND\r\nPROGRAM SURVEY\r\nWAIT F == 1\r\nR = 1\r\nEND\r\n")?;
+    session.begin()?;
+    session.command("SP")?;
+    if session.until_stopped(SETTLED)?.is_none() {
+        session.command("EC,BREAK")?;
         return Ok("SP does not stop it");
     }
-    talk.start()?;
-    let ended = talk.until_stopped(SETTLED)?;
-    let value = plain(&talk.variable("R", 1)?);
+    session.start()?;
+    let ended = session.until_stopped(SETTLED)?;
+    let value = plain(&session.variable("R", 1)?);
     let heard = match (ended, value.as_str()) {
         (Some(_), "1") => "after the WAIT",
         (None, "0") => "at the WAIT",
         _ => "somewhere else",
     };
     if ended.is_none() {
-        talk.command("SP")?;
-        talk.until_stopped(SETTLED)?;
+        session.command("SP")?;
+        session.until_stopped(SETTLED)?;
     }
     Ok(heard)
 }
 
 /// Runs a program that ends by itself. Returns whether SP has come.
-fn is_told_of_the_end(talk: &mut Talk<'_>) -> Result<bool, Trouble> {
-    talk.take_stops();
-    talk.start()?;
-    talk.finish()?;
-    talk.wait(STOP_NOTICE)?;
-    Ok(talk.take_stops() > 0)
+fn is_told_of_the_end(session: &mut Session<'_>) -> Result<bool, ProbeError> {
+    session.take_stops();
+    session.start()?;
+    session.finish()?;
+    session.wait(STOP_NOTICE)?;
+    Ok(session.take_stops() > 0)
 }
 
 /// That SP has not come says something on a fresh connection only: a controller may send none once a text without STX has come.
-pub(super) fn trust(talk: &Talk<'_>, is_told: bool) -> Result<bool, Trouble> {
-    match !is_told && talk.is_serial() {
-        true => Err(Trouble::Refused(
+pub(super) fn trust(session: &Session<'_>, is_told: bool) -> Result<bool, ProbeError> {
+    match !is_told && session.is_serial() {
+        true => Err(ProbeError::Refused(
             "no SP came, and a serial line has no fresh connection".to_owned(),
         )),
         false => Ok(is_told),
     }
 }
 
-fn unsolicited_stop(talk: &mut Talk<'_>) -> Result<&'static str, Trouble> {
-    talk.reopen()?;
-    talk.select("PROGRAM SURVEY\r\nDELAY 0.3\r\nEND\r\n")?;
-    let is_told = is_told_of_the_end(talk)?;
-    if !trust(talk, is_told)? {
+fn unsolicited_stop(session: &mut Session<'_>) -> Result<&'static str, ProbeError> {
+    session.reopen()?;
+    session.select("PROGRAM SURVEY\r\nDELAY 0.3\r\nEND\r\n")?;
+    let is_told = is_told_of_the_end(session)?;
+    if !trust(session, is_told)? {
         return Ok("never");
     }
-    talk.reopen()?;
-    let text = talk.text("SU\r");
+    session.reopen()?;
+    let text = session.text("SU\r");
     let bare = text.get(1..).unwrap_or_default();
-    let is_bare_served = talk.kind_of_answer(bare)? == "answer without STX";
-    let is_extension_served = talk.content("SM,1")?.is_some();
-    let is_told = is_told_of_the_end(talk)?;
-    talk.reopen()?;
+    let is_bare_served = session.reply_kind(bare)? == "answer without STX";
+    let is_extension_served = session.content("SM,1")?.is_some();
+    let is_told = is_told_of_the_end(session)?;
+    session.reopen()?;
     Ok(match (is_told, is_bare_served || is_extension_served) {
         (true, true) => "to every host",
         (false, true) => "not to a host without STX",

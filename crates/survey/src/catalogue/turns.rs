@@ -3,7 +3,7 @@
 
 use super::motion::{PRIVATE, arm_status};
 use crate::probe::{Ask, Probe};
-use crate::talk::{Heard, QUIET, Talk, Trouble};
+use crate::session::{ProbeError, QUIET, Reply, Session};
 use std::time::Duration;
 use ts3100_proto::status::ExecutionStatus;
 use ts3100_proto::status::sf::SfLayout;
@@ -31,7 +31,7 @@ pub(super) const PROBES: &[Probe] = &[
         id: "quick-status-motion",
         question: "What do DS and DC of SM show of a motion by DO?",
         sends: "DO,MOVEI n, 5 WITH SPEED = 1 for the last axis n (10 for a SCARA); SM,1 until it has ended",
-        ask: Ask::Word(|talk| turned(talk, quick_status_motion)),
+        ask: Ask::Word(|session| turned(session, quick_status_motion)),
         readings: &[
             "DS is 1 meanwhile, DC counts at the end",
             "DS is 1 meanwhile, DC counts at the beginning",
@@ -44,7 +44,7 @@ pub(super) const PROBES: &[Probe] = &[
         id: "status-in-motion",
         question: "Does SU show a motion by DO as running until the arm rests?",
         sends: "DO,MOVEI n, 5 WITH SPEED = 1; SU and SF until it has ended",
-        ask: Ask::Word(|talk| turned(talk, status_in_motion)),
+        ask: Ask::Word(|session| turned(session, status_in_motion)),
         readings: &["until it rests", "not to its end", "it shows as stopped"],
         ..PRIVATE
     },
@@ -52,7 +52,7 @@ pub(super) const PROBES: &[Probe] = &[
         id: "feed-hold-motion",
         question: "What does FD do to a motion by DO?",
         sends: "DO,MOVEI n, 5 WITH SPEED = 1; FD, SF twice, FD, SF",
-        ask: Ask::Word(|talk| turned(talk, feed_hold_motion)),
+        ask: Ask::Word(|session| turned(session, feed_hold_motion)),
         readings: &[
             "it is held, and goes on",
             "it is held, and given up",
@@ -64,7 +64,7 @@ pub(super) const PROBES: &[Probe] = &[
         id: "stop-in-motion",
         question: "What does SP do to a motion of a program?",
         sends: "a program: MOVEI n, 5 WITH SPEED = 1, R = 1; RN, SP, SF",
-        ask: Ask::Steps(|talk| turned(talk, |talk, turn| stopped_motion(talk, turn, "SP"))),
+        ask: Ask::Steps(|session| turned(session, |session, turn| stopped_motion(session, turn, "SP"))),
         readings: &[
             "it ends, stop (continue)",
             "it is cut, stop (continue)",
@@ -77,13 +77,13 @@ pub(super) const PROBES: &[Probe] = &[
         id: "break-in-motion",
         question: "What does EC,BREAK do to a motion of a program, and the next start?",
         sends: "a program: MOVEI n, 5 WITH SPEED = 1, R = 1; RN, EC,BREAK, SF, RN, SF",
-        ask: Ask::Steps(|talk| {
-            turned(talk, |talk, turn| {
-                let stopped = stopped_motion(talk, turn, "EC,BREAK")?;
-                let begin = angle(talk, turn.axis)?;
-                talk.start()?;
-                talk.until_stopped(LONGEST_TURN)?;
-                let end = angle(talk, turn.axis)?;
+        ask: Ask::Steps(|session| {
+            turned(session, |session, turn| {
+                let stopped = stopped_motion(session, turn, "EC,BREAK")?;
+                let begin = angle(session, turn.axis)?;
+                session.start()?;
+                session.until_stopped(LONGEST_TURN)?;
+                let end = angle(session, turn.axis)?;
                 let goes_on = match () {
                     () if same(end, turn.target()) => "goes on to the same end",
                     () if same(end, begin + turn.by) => "begins again",
@@ -105,7 +105,7 @@ pub(super) const PROBES: &[Probe] = &[
         id: "statement-after-motion",
         question: "When does the statement after a motion run?",
         sends: "two programs: TIMER = 0, MOVEI n, 5 WITH SPEED = 1, R = TIMER; one of them with ENABLE NOWAIT",
-        ask: Ask::Word(|talk| turned(talk, statement_after_motion)),
+        ask: Ask::Word(|session| turned(session, statement_after_motion)),
         readings: &[
             "when the arm rests; with NOWAIT at once",
             "when the arm rests, with NOWAIT too",
@@ -117,7 +117,7 @@ pub(super) const PROBES: &[Probe] = &[
         id: "lines-in-motion",
         question: "Which lines does SF show while the first of two motions is under way?",
         sends: "a program: MOVEI n, 5 WITH SPEED = 1, MOVEI n, -5 WITH SPEED = 5; RN, SF",
-        ask: Ask::Steps(|talk| turned(talk, lines_in_motion)),
+        ask: Ask::Steps(|session| turned(session, lines_in_motion)),
         readings: &[
             "execution: the first; analysis: the second",
             "execution: the first; analysis: the first",
@@ -174,28 +174,28 @@ fn same(one: f32, other: f32) -> bool {
 
 /// Asks, and turns the axis back to where it was.
 fn turned<H>(
-    talk: &mut Talk<'_>,
-    steps: impl FnOnce(&mut Talk<'_>, Turn) -> Result<H, Trouble>,
-) -> Result<H, Trouble> {
-    let (layout, status) = arm_status(talk)?;
+    session: &mut Session<'_>,
+    steps: impl FnOnce(&mut Session<'_>, Turn) -> Result<H, ProbeError>,
+) -> Result<H, ProbeError> {
+    let (layout, status) = arm_status(session)?;
     let (axis, size) = match layout {
         SfLayout::Six => (4, ANGLE_OF_SCARA),
         SfLayout::Eight => (6, ANGLE),
     };
     let from = joint(&status.joint, axis);
     let by = if from > 0.0 { -size } else { size };
-    let heard = steps(talk, Turn { axis, from, by });
-    if let Err(Trouble::Surprise(_)) = heard {
+    let heard = steps(session, Turn { axis, from, by });
+    if heard.as_ref().is_err_and(|error| !error.is_refusal()) {
         // What is unclear must not go on at a machine.
         return heard;
     }
     if heard.is_err() {
-        talk.finish()?;
+        session.finish()?;
     }
-    let rest = from - angle(talk, axis)?;
+    let rest = from - angle(session, axis)?;
     if rest.abs() >= EXACT {
-        talk.command(&format!("DO,{}", motion(SPEED_BACK, axis, rest)))?;
-        talk.until_stopped(LONGEST_TURN)?;
+        session.command(&format!("DO,{}", motion(SPEED_BACK, axis, rest)))?;
+        session.until_stopped(LONGEST_TURN)?;
     }
     heard
 }
@@ -218,51 +218,51 @@ fn joint(joints: &[f32; 8], axis: usize) -> f32 {
     joints.get(axis - 1).copied().unwrap_or_default()
 }
 
-fn angle(talk: &mut Talk<'_>, axis: usize) -> Result<f32, Trouble> {
-    Ok(joint(&arm_status(talk)?.1.joint, axis))
+fn angle(session: &mut Session<'_>, axis: usize) -> Result<f32, ProbeError> {
+    Ok(joint(&arm_status(session)?.1.joint, axis))
 }
 
 /// DO needs a selected file.
-fn start_by_do(talk: &mut Talk<'_>, turn: Turn) -> Result<(), Trouble> {
-    talk.select(&program(&["R = 1"]))?;
-    talk.command(&format!("DO,{}", turn.statement()))
+fn start_by_do(session: &mut Session<'_>, turn: Turn) -> Result<(), ProbeError> {
+    session.select(&program(&["R = 1"]))?;
+    session.command(&format!("DO,{}", turn.statement()))
 }
 
 /// The axis is no longer where it was.
-fn expect_turned(turn: Turn, now: f32) -> Result<(), Trouble> {
+fn expect_turned(turn: Turn, now: f32) -> Result<(), ProbeError> {
     match same(now, turn.from) {
         false => Ok(()),
-        true => Err(Trouble::Refused(format!(
+        true => Err(ProbeError::Refused(format!(
             "axis {} did not turn: it may be missing, or at its limit",
             turn.axis
         ))),
     }
 }
 
-fn too_fast() -> Trouble {
-    Trouble::Refused("the motion was too fast to see".to_owned())
+fn too_fast() -> ProbeError {
+    ProbeError::Refused("the motion was too fast to see".to_owned())
 }
 
 /// DC and DS.
-fn quick_status(talk: &mut Talk<'_>) -> Result<(String, bool), Trouble> {
-    let content = talk.file("SM,1")?;
+fn quick_status(session: &mut Session<'_>) -> Result<(String, bool), ProbeError> {
+    let content = session.file("SM,1")?;
     let text = String::from_utf8_lossy(&content).into_owned();
     let item = |name| text.split_whitespace().find_map(|item| item.strip_prefix(name));
     match (item("DC"), item("DS")) {
         (Some(count), Some(is_active)) => Ok((count.to_owned(), is_active == "1")),
-        _ => Err(Trouble::Refused("SM shows no DC and DS".to_owned())),
+        _ => Err(ProbeError::Refused("SM shows no DC and DS".to_owned())),
     }
 }
 
-fn quick_status_motion(talk: &mut Talk<'_>, turn: Turn) -> Result<&'static str, Trouble> {
-    let (before, _) = quick_status(talk)?;
-    start_by_do(talk, turn)?;
-    let during = quick_status(talk)?;
-    talk.wait(QUIET)?;
-    let later = quick_status(talk)?;
-    talk.until_stopped(LONGEST_TURN)?;
-    let (after, is_active) = quick_status(talk)?;
-    expect_turned(turn, angle(talk, turn.axis)?)?;
+fn quick_status_motion(session: &mut Session<'_>, turn: Turn) -> Result<&'static str, ProbeError> {
+    let (before, _) = quick_status(session)?;
+    start_by_do(session, turn)?;
+    let during = quick_status(session)?;
+    session.wait(QUIET)?;
+    let later = quick_status(session)?;
+    session.until_stopped(LONGEST_TURN)?;
+    let (after, is_active) = quick_status(session)?;
+    expect_turned(turn, angle(session, turn.axis)?)?;
     let is_seen = (during.1 || later.1) && !is_active;
     let is_early = during.0 != before;
     Ok(match (is_seen, is_early, after != before) {
@@ -274,15 +274,15 @@ fn quick_status_motion(talk: &mut Talk<'_>, turn: Turn) -> Result<&'static str, 
     })
 }
 
-fn status_in_motion(talk: &mut Talk<'_>, turn: Turn) -> Result<&'static str, Trouble> {
-    start_by_do(talk, turn)?;
-    talk.wait(SOON)?;
-    let is_shown = talk.status()?.execution == ExecutionStatus::Running;
-    let during = angle(talk, turn.axis)?;
-    talk.until_stopped(LONGEST_TURN)?;
-    let end = angle(talk, turn.axis)?;
-    talk.wait(QUIET)?;
-    let rest = angle(talk, turn.axis)?;
+fn status_in_motion(session: &mut Session<'_>, turn: Turn) -> Result<&'static str, ProbeError> {
+    start_by_do(session, turn)?;
+    session.wait(SOON)?;
+    let is_shown = session.status()?.execution == ExecutionStatus::Running;
+    let during = angle(session, turn.axis)?;
+    session.until_stopped(LONGEST_TURN)?;
+    let end = angle(session, turn.axis)?;
+    session.wait(QUIET)?;
+    let rest = angle(session, turn.axis)?;
     expect_turned(turn, rest)?;
     if same(during, rest) {
         return Err(too_fast());
@@ -294,17 +294,17 @@ fn status_in_motion(talk: &mut Talk<'_>, turn: Turn) -> Result<&'static str, Tro
     })
 }
 
-fn feed_hold_motion(talk: &mut Talk<'_>, turn: Turn) -> Result<&'static str, Trouble> {
-    start_by_do(talk, turn)?;
+fn feed_hold_motion(session: &mut Session<'_>, turn: Turn) -> Result<&'static str, ProbeError> {
+    start_by_do(session, turn)?;
     // Before anything is asked: a status of a serial line takes as long as the turn.
-    talk.wait(QUIET)?;
-    talk.command("FD")?;
-    talk.wait(QUIET)?;
-    let first = angle(talk, turn.axis)?;
-    let second = angle(talk, turn.axis)?;
-    talk.command("FD")?;
-    talk.until_stopped(LONGEST_TURN)?;
-    let end = angle(talk, turn.axis)?;
+    session.wait(QUIET)?;
+    session.command("FD")?;
+    session.wait(QUIET)?;
+    let first = angle(session, turn.axis)?;
+    let second = angle(session, turn.axis)?;
+    session.command("FD")?;
+    session.until_stopped(LONGEST_TURN)?;
+    let end = angle(session, turn.axis)?;
     expect_turned(turn, first)?;
     if same(first, turn.target()) {
         // FD came after its end.
@@ -318,19 +318,19 @@ fn feed_hold_motion(talk: &mut Talk<'_>, turn: Turn) -> Result<&'static str, Tro
 }
 
 /// Starts a program that turns, and stops it by this command: what has become of the motion, and where the program stopped.
-fn stopped_motion(talk: &mut Talk<'_>, turn: Turn, command: &str) -> Result<Heard, Trouble> {
-    talk.select(&program(&[&turn.statement(), "R = 1"]))?;
-    talk.start()?;
-    talk.wait(QUIET)?;
-    talk.command(command)?;
-    let execution = talk.until_stopped(LONGEST_TURN)?;
+fn stopped_motion(session: &mut Session<'_>, turn: Turn, command: &str) -> Result<Reply, ProbeError> {
+    session.select(&program(&[&turn.statement(), "R = 1"]))?;
+    session.start()?;
+    session.wait(QUIET)?;
+    session.command(command)?;
+    let execution = session.until_stopped(LONGEST_TURN)?;
     if execution == Some(ExecutionStatus::Reset) {
         // Its end came first.
         return Err(too_fast());
     }
     // The status may be there before the arm rests.
-    talk.wait(QUIET)?;
-    let now = angle(talk, turn.axis)?;
+    session.wait(QUIET)?;
+    let now = angle(session, turn.axis)?;
     expect_turned(turn, now)?;
     let end = match same(now, turn.target()) {
         true => "it ends",
@@ -342,12 +342,12 @@ fn stopped_motion(talk: &mut Talk<'_>, turn: Turn, command: &str) -> Result<Hear
     ))
 }
 
-fn statement_after_motion(talk: &mut Talk<'_>, turn: Turn) -> Result<&'static str, Trouble> {
+fn statement_after_motion(session: &mut Session<'_>, turn: Turn) -> Result<&'static str, ProbeError> {
     let mut time = |wait: &str, motion: &str| {
-        talk.select(&program(&[wait, motion, "R = TIMER"]))?;
-        talk.start()?;
-        talk.until_stopped(LONGEST_TURN)?;
-        number(talk, "R")
+        session.select(&program(&[wait, motion, "R = TIMER"]))?;
+        session.start()?;
+        session.until_stopped(LONGEST_TURN)?;
+        number(session, "R")
     };
     // The turn takes about a second, whatever the unit of TIMER is.
     let waiting = time("DISABLE NOWAIT", &turn.statement())?;
@@ -360,18 +360,18 @@ fn statement_after_motion(talk: &mut Talk<'_>, turn: Turn) -> Result<&'static st
     })
 }
 
-fn lines_in_motion(talk: &mut Talk<'_>, turn: Turn) -> Result<Heard, Trouble> {
-    talk.select(&program(&[&turn.statement(), &turn.back(SPEED_BACK)]))?;
-    talk.start()?;
-    talk.wait(SOON)?;
-    let (_, status) = arm_status(talk)?;
+fn lines_in_motion(session: &mut Session<'_>, turn: Turn) -> Result<Reply, ProbeError> {
+    session.select(&program(&[&turn.statement(), &turn.back(SPEED_BACK)]))?;
+    session.start()?;
+    session.wait(SOON)?;
+    let (_, status) = arm_status(session)?;
     let turned = |to: f32| (to - turn.from).abs();
     let now = turned(joint(&status.joint, turn.axis));
     // On the way back the angle becomes smaller.
-    if now < EXACT || turned(angle(talk, turn.axis)?) <= now {
+    if now < EXACT || turned(angle(session, turn.axis)?) <= now {
         return Err(too_fast());
     }
-    talk.until_stopped(LONGEST_TURN)?;
+    session.until_stopped(LONGEST_TURN)?;
     let line = |number: u16| match number {
         0 => "none".to_owned(),
         number if number == FIRST_LINE => "the first".to_owned(),
@@ -385,24 +385,24 @@ fn lines_in_motion(talk: &mut Talk<'_>, turn: Turn) -> Result<Heard, Trouble> {
     ))
 }
 
-fn number(talk: &mut Talk<'_>, name: &str) -> Result<f32, Trouble> {
-    let value = talk.variable(name, 1)?;
+fn number(session: &mut Session<'_>, name: &str) -> Result<f32, ProbeError> {
+    let value = session.variable(name, 1)?;
     let number = value.parse();
-    number.map_err(|_| Trouble::Refused(format!("{name} is {value}")))
+    number.map_err(|_| ProbeError::Refused(format!("{name} is {value}")))
 }
 
 /// The first position is in the coordinate system for certain; the second one has the same numbers. They are those of the place
 /// where the arm is, as MR tells them, with its posture.
-fn work_line(talk: &mut Talk<'_>) -> Result<&'static str, Trouble> {
-    talk.run("GLOBAL\r\nPSURV = POINT(0,0,0)\r\nEND\r\nPROGRAM SURVEY\r\nPSURV = HERE\r\nEND\r\n")?;
-    let here = talk.variable("PSURV", POSITION)?;
+fn work_line(session: &mut Session<'_>) -> Result<&'static str, ProbeError> {
+    session.run("GLOBAL\r\nPSURV = POINT(0,0,0)\r\nEND\r\nPROGRAM SURVEY\r\nPSURV = HERE\r\nEND\r\n")?;
+    let here = session.variable("PSURV", POSITION)?;
     let (place, posture) = here.rsplit_once(' ').unwrap_or((&here, ""));
     // MR writes it as a real.
     let posture = posture.split('.').next().unwrap_or_default();
     let here = format!("{}/{posture}", place.replace(' ', ","));
     // Towards the base the arm has room.
     let shift = if here.starts_with('-') { SHIFT } else { -SHIFT };
-    let has_run = talk.try_run(&format!(
+    let has_run = session.try_run(&format!(
         "GLOBAL\r\nR = 7.0\r\nS = 7.0\r\nEND\r\nPROGRAM SURVEY\r\nDISABLE NOWAIT\r\nP = HERE\r\n\
          MOVE PSURV1 WITH SPEED = {SPEED_BACK}\r\nR = HERE.X - P.X\r\n\
          MOVE PSURV2 WITH SPEED = {SPEED_BACK}\r\nS = HERE.X - P.X\r\n\
@@ -410,12 +410,12 @@ fn work_line(talk: &mut Talk<'_>) -> Result<&'static str, Trouble> {
          DATA\r\nTRANS TSURV = {shift},0,0\r\nWORK TSURV\r\nPOINT PSURV1 = {here}\r\nPOINT PSURV2 = {here}\r\nEND\r\n"
     ))?;
     if !has_run {
-        return Err(Trouble::Refused(format!(
+        return Err(ProbeError::Refused(format!(
             "the arm cannot be moved by {SHIFT} mm here"
         )));
     }
     let is_shifted = |moved: f32| (moved - shift).abs() < SHIFT / 2.0;
-    let (first, second) = (number(talk, "R")?, number(talk, "S")?);
+    let (first, second) = (number(session, "R")?, number(session, "S")?);
     Ok(match (is_shifted(first), is_shifted(second)) {
         (true, false) => "the next one",
         (true, true) => "all that follow",

@@ -82,7 +82,7 @@ fn of(report: &Report) -> String {
 fn facts(report: &Report) -> Vec<String> {
     let mut facts = Vec::new();
     if let Some(reason) = &report.stopped {
-        facts.push(format!("Stopped at a surprise: {reason}"));
+        facts.push(format!("Stopped at an unexpected reply: {reason}"));
     }
     facts.extend(report.left.iter().map(|left| format!("Not restored: {left}")));
     if let [least, _, middle, _, greatest] = report.answer_times.as_slice() {

@@ -1,5 +1,5 @@
-//! What is written down of a conversation: an allow-list. Names of the user's files are replaced, and reasons tell of a text
-//! what it is, not what is in it.
+//! The log of the bytes of a probe, an allow-list: names of the user's files are replaced, and reasons tell the type of a
+//! text, not its content.
 
 use super::FILE;
 use core::time::Duration;
@@ -16,7 +16,7 @@ const PARAMETER_FILES: [&str; 3] = ["USER.PAR", "ETHERNET.PAR", "STRING.PAR"];
 
 /// Bytes on the line.
 #[derive(Debug, Default)]
-pub(crate) struct Written {
+pub(crate) struct Traffic {
     lines: Vec<String>,
     /// Nothing is added.
     is_kept: bool,
@@ -24,14 +24,14 @@ pub(crate) struct Written {
     names: Vec<String>,
 }
 
-impl Written {
-    /// Lines written since the last call, up to [`Written::keep`].
+impl Traffic {
+    /// Lines written since the last call, up to [`Traffic::keep`].
     pub(crate) fn take(&mut self) -> Vec<String> {
         self.is_kept = false;
         std::mem::take(&mut self.lines)
     }
 
-    /// Nothing more is written down until [`Written::take`].
+    /// Nothing more is written down until [`Traffic::take`].
     pub(crate) fn keep(&mut self) {
         self.is_kept = true;
     }
@@ -65,7 +65,7 @@ impl Written {
     }
 
     /// Bytes of this direction, `>` to the controller or `<` from it.
-    pub(super) fn note(&mut self, at: Duration, direction: char, bytes: &[u8]) {
+    pub(crate) fn note(&mut self, at: Duration, direction: char, bytes: &[u8]) {
         if self.is_kept || self.lines.len() >= MAX_LINES || bytes.is_empty() {
             return;
         }
@@ -96,19 +96,19 @@ mod tests {
 
     #[test]
     fn names_of_files_are_not_written_down() {
-        let mut written = Written::default();
+        let mut traffic = Traffic::default();
         for name in ["MINE", "A", "CELL.PAR", "USER.PAR", "TSSURVEY"] {
-            written.hide(name);
+            traffic.hide(name);
         }
-        written.note(
+        traffic.note(
             Duration::ZERO,
             '<',
             b"FILE:MINE OVRD A MINE2 AB CELL.PAR USER.PAR TSSURVEY MINEA\r",
         );
-        written.keep();
-        written.note(Duration::ZERO, '<', b"more");
+        traffic.keep();
+        traffic.note(Duration::ZERO, '<', b"more");
         assert_eq!(
-            written.take(),
+            traffic.take(),
             ["0.000 < FILE:xxxx OVRD x xxxx2 AB xxxxxxxx USER.PAR TSSURVEY xxxxA<CR>"]
         );
     }

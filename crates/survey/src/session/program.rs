@@ -1,26 +1,24 @@
 //! What a controller sends in several texts, and the files and programs of the survey on it.
 
-use super::{FILE, PATIENCE, Talk, Trouble, described};
+use super::{FILE, ProbeError, Session};
 use std::time::Duration;
-use ts3100_proto::file::{FileRule, FlReceiver, FlSender, Received};
+use ts3100_host::Response;
 use ts3100_proto::status::ExecutionStatus;
-use ts3100_proto::text::{Framing, encode_text};
+use ts3100_proto::text::Text;
 
 /// A program that was started is at its first statement by then.
 const BEGUN: Duration = Duration::from_millis(150);
 /// Longest run of a program of the survey.
 const LONGEST_RUN: Duration = Duration::from_secs(8);
-/// Largest content that is taken from a controller.
-const MAX_CONTENT: usize = 1024 * 1024;
 
-impl Talk<'_> {
+impl Session<'_> {
     /// The content of a file or status; `None` for NG.
     ///
     /// # Errors
-    /// The answer is neither.
-    pub fn content(&mut self, command: &str) -> Result<Option<Vec<u8>>, Trouble> {
-        let first = self.ask(command)?;
-        if first == b"NG\r" {
+    /// The reply is neither.
+    pub fn content(&mut self, command: &str) -> Result<Option<Vec<u8>>, ProbeError> {
+        let first = self.request(command)?;
+        if first.data.as_ref() == b"NG\r" {
             return Ok(None);
         }
         self.rest_of_content(command, first).map(Some)
@@ -30,36 +28,20 @@ impl Talk<'_> {
     ///
     /// # Errors
     /// NG is a refusal.
-    pub fn file(&mut self, command: &str) -> Result<Vec<u8>, Trouble> {
+    pub fn file(&mut self, command: &str) -> Result<Vec<u8>, ProbeError> {
         let content = self.content(command)?;
-        content.ok_or_else(|| Trouble::Refused(format!("{command} got NG")))
+        content.ok_or_else(|| ProbeError::Refused(format!("{command} got NG")))
     }
 
     /// The content of a file whose first text has come.
     ///
     /// # Errors
     /// The texts are not those of a file.
-    pub fn rest_of_content(&mut self, command: &str, first: Vec<u8>) -> Result<Vec<u8>, Trouble> {
-        let mut receiver = FlReceiver::new(MAX_CONTENT, FileRule::Parameter);
-        let mut data = first;
-        loop {
-            match receiver.push(&data) {
-                Received::Refused(reason) => {
-                    return Err(Trouble::Surprise(format!("the answer to {command}: {reason}")));
-                }
-                Received::Complete(content) => {
-                    self.acknowledge()?;
-                    return Ok(content);
-                }
-                Received::More => {
-                    self.acknowledge()?;
-                    let next = self.hear(PATIENCE)?;
-                    let next = next.ok_or_else(|| {
-                        Trouble::Surprise(format!("the answer to {command} stopped midway"))
-                    })?;
-                    data = next.data.to_vec();
-                }
-            }
+    pub fn rest_of_content(&mut self, command: &str, first: Text) -> Result<Vec<u8>, ProbeError> {
+        self.client.conversation_mut().continue_file(first);
+        match self.response(command)? {
+            Response::Content(content) => Ok(content),
+            Response::Ok | Response::Ng => Err(ProbeError::Refused(format!("{command} got NG"))),
         }
     }
 
@@ -67,10 +49,10 @@ impl Talk<'_> {
     ///
     /// # Errors
     /// NG is a refusal.
-    pub fn store(&mut self, content: &str) -> Result<(), Trouble> {
+    pub fn store(&mut self, content: &str) -> Result<(), ProbeError> {
         match self.try_to_store(content.as_bytes())? {
             true => Ok(()),
-            false => Err(Trouble::Refused("the file was refused".to_owned())),
+            false => Err(ProbeError::Refused("the file was refused".to_owned())),
         }
     }
 
@@ -78,30 +60,18 @@ impl Talk<'_> {
     ///
     /// # Errors
     /// DL itself got NG, or anything else came.
-    pub fn try_to_store(&mut self, content: &[u8]) -> Result<bool, Trouble> {
+    pub fn try_to_store(&mut self, content: &[u8]) -> Result<bool, ProbeError> {
         self.command(&format!("DL,{FILE}"))?;
-        let mut sender = FlSender::new(content);
-        while let Some(data) = sender.next_text() {
-            let text = encode_text(data, Framing::Stx, self.checksum);
-            let heard = self.exchange(&text)?;
-            match heard.as_ref().map(|text| text.data.as_ref()) {
-                Some(b"OK\r") => {}
-                Some(b"NG\r") => return Ok(false),
-                Some(other) => {
-                    let what = described(other);
-                    return Err(Trouble::Surprise(format!("a text of a file was answered {what}")));
-                }
-                None => return Err(Trouble::Surprise("a text of a file was not answered".to_owned())),
-            }
-        }
-        Ok(true)
+        self.execution = None;
+        self.client.conversation_mut().send_file(content);
+        Ok(self.response("a text of a file")? == Response::Ok)
     }
 
     /// Stores and selects a program.
     ///
     /// # Errors
     /// NG is a refusal.
-    pub fn select(&mut self, source: &str) -> Result<(), Trouble> {
+    pub fn select(&mut self, source: &str) -> Result<(), ProbeError> {
         self.store(source)?;
         self.command(&format!("SL,{FILE}"))
     }
@@ -110,10 +80,10 @@ impl Talk<'_> {
     ///
     /// # Errors
     /// NG is a refusal.
-    pub fn start(&mut self) -> Result<(), Trouble> {
-        match self.asks("RN")? {
+    pub fn start(&mut self) -> Result<(), ProbeError> {
+        match self.is_accepted("RN")? {
             true => Ok(()),
-            false => Err(Trouble::Refused(
+            false => Err(ProbeError::Refused(
                 "RN got NG: turn servo power on, key in EXT, no alarm, and survey again".to_owned(),
             )),
         }
@@ -123,7 +93,7 @@ impl Talk<'_> {
     ///
     /// # Errors
     /// NG is a refusal.
-    pub fn begin(&mut self) -> Result<(), Trouble> {
+    pub fn begin(&mut self) -> Result<(), ProbeError> {
         self.start()?;
         self.wait(BEGUN)
     }
@@ -132,7 +102,7 @@ impl Talk<'_> {
     ///
     /// # Errors
     /// SU is not answered.
-    pub fn until_stopped(&mut self, limit: Duration) -> Result<Option<ExecutionStatus>, Trouble> {
+    pub fn until_stopped(&mut self, limit: Duration) -> Result<Option<ExecutionStatus>, ProbeError> {
         let end = self.now() + limit;
         loop {
             let execution = self.status()?.execution;
@@ -150,7 +120,7 @@ impl Talk<'_> {
     ///
     /// # Errors
     /// It is refused.
-    pub fn try_run(&mut self, source: &str) -> Result<bool, Trouble> {
+    pub fn try_run(&mut self, source: &str) -> Result<bool, ProbeError> {
         self.select(source)?;
         self.start()?;
         Ok(self.finish()? == Some(ExecutionStatus::Reset))
@@ -160,7 +130,7 @@ impl Talk<'_> {
     ///
     /// # Errors
     /// It is refused, or it stopped.
-    pub fn run(&mut self, source: &str) -> Result<(), Trouble> {
+    pub fn run(&mut self, source: &str) -> Result<(), ProbeError> {
         match self.try_run(source)? {
             true => Ok(()),
             false => Err(stopped_midway()),
@@ -171,7 +141,7 @@ impl Talk<'_> {
     ///
     /// # Errors
     /// It stopped.
-    pub fn expect_running(&mut self) -> Result<(), Trouble> {
+    pub fn expect_running(&mut self) -> Result<(), ProbeError> {
         match self.status()?.execution {
             ExecutionStatus::Running => Ok(()),
             ExecutionStatus::Reset | ExecutionStatus::Retry | ExecutionStatus::Continue => {
@@ -184,7 +154,7 @@ impl Talk<'_> {
     ///
     /// # Errors
     /// Something that is no answer came.
-    pub fn finish(&mut self) -> Result<Option<ExecutionStatus>, Trouble> {
+    pub fn finish(&mut self) -> Result<Option<ExecutionStatus>, ProbeError> {
         let ended = self.until_stopped(LONGEST_RUN)?;
         if ended.is_none() {
             self.command("SP")?;
@@ -197,17 +167,17 @@ impl Talk<'_> {
     ///
     /// # Errors
     /// MR is refused.
-    pub fn variable(&mut self, name: &str, kind: u8) -> Result<String, Trouble> {
+    pub fn variable(&mut self, name: &str, kind: u8) -> Result<String, ProbeError> {
         let command = format!("MR,{name} {kind}");
         let execution = self.execution;
         let content = self.content(&command)?;
         // To read a value changes nothing.
         self.execution = execution;
-        let content = content.ok_or_else(|| Trouble::Refused(format!("{command} got NG")))?;
+        let content = content.ok_or_else(|| ProbeError::Refused(format!("{command} got NG")))?;
         Ok(String::from_utf8_lossy(&content).trim().to_owned())
     }
 }
 
-fn stopped_midway() -> Trouble {
-    Trouble::Surprise("the program of the survey stopped, and nothing in it says why".to_owned())
+fn stopped_midway() -> ProbeError {
+    ProbeError::Unexpected("the program of the survey stopped, and nothing in it says why".to_owned())
 }
