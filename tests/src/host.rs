@@ -2,13 +2,16 @@
 //!
 //! A robot in virtual time needs none of this: [`Robot`](crate::Robot) takes and gives bytes itself.
 
-use crate::{frame, unframe};
+use crate::frame;
 use std::fmt::Debug;
 use std::io::{ErrorKind, Read, Write};
 use std::net::{TcpStream, ToSocketAddrs};
 use std::time::Duration;
 use ts3100_controller::Port;
 use ts3100_emulator::embed::Emulator;
+use ts3100_host::{Conversation, Event, Expected, Options, Response};
+use ts3100_proto::command::Command;
+use ts3100_proto::reply::STOP;
 
 /// Longest wait for anything; reached only when a test fails.
 pub const LONG: Duration = Duration::from_secs(30);
@@ -69,8 +72,13 @@ pub trait Host: Read + Write {
 
     /// The data section of the next text with STX.
     fn text(&mut self) -> Vec<u8> {
-        let text = self.read_until(0x03);
-        unframe(&text).unwrap_or_else(|| panic!("a text with STX expected, {} found", text.escape_ascii()))
+        let mut host = unhurried();
+        host.expect(Duration::ZERO, Expected::Text);
+        match converse(self, &mut host) {
+            Event::Text(text) => text.data.to_vec(),
+            Event::Stopped => STOP.to_vec(),
+            other => panic!("a text with STX expected, {other:?} found"),
+        }
     }
 
     /// Sends a command and reads its answer.
@@ -90,10 +98,12 @@ pub trait Host: Read + Write {
 
     /// The 276 bytes of SF.
     fn sf(&mut self) -> Vec<u8> {
-        self.write_all(&frame(b"SF\r")).unwrap();
-        let answer = self.read_count(282);
-        self.write_all(&frame(b"OK\r")).unwrap();
-        answer[4..280].to_vec()
+        let mut host = unhurried();
+        host.request(&Command::Sf);
+        match converse(self, &mut host) {
+            Event::Response(Response::Content(content)) => content,
+            other => panic!("the content of SF expected, {other:?} found"),
+        }
     }
 
     /// What comes until the connection ends, and how it ends: `None` for an orderly end.
@@ -110,3 +120,28 @@ pub trait Host: Read + Write {
 }
 
 impl<S: Read + Write + ?Sized> Host for S {}
+
+/// A conversation without pauses.
+pub(crate) fn unhurried() -> Conversation {
+    Conversation::new(Options {
+        pause: Duration::ZERO,
+        ..Options::with_stx()
+    })
+}
+
+/// Sends what a conversation has to send and reads until its next event. No byte after it is read.
+fn converse(stream: &mut (impl Read + Write + ?Sized), host: &mut Conversation) -> Event {
+    loop {
+        if let Some(bytes) = host.poll_transmit(Duration::ZERO) {
+            stream.write_all(&bytes).unwrap();
+        }
+        if let Some(event) = host.poll_event() {
+            return event;
+        }
+        let mut byte = [0];
+        stream
+            .read_exact(&mut byte)
+            .unwrap_or_else(|error| panic!("{error} instead of {}", host.expected()));
+        host.receive(Duration::ZERO, &byte);
+    }
+}

@@ -26,7 +26,10 @@ use ts3100_controller::{
     Config, Controller, Dialect, Event, Findings, Input, Output, PanelAction, Port, Time,
 };
 use ts3100_driver::seat::{Effects, Seat, Side};
-use ts3100_proto::status::sf::SfLayout;
+use ts3100_host::{Event as HostEvent, Expected, Response};
+use ts3100_proto::command::Command;
+use ts3100_proto::reply::STOP;
+use ts3100_proto::text::{Checksum, Framing, encode_text};
 
 /// Deadlines served in one call of [`Robot::advance`] before the controller is taken to hang.
 const MAX_DEADLINES: u32 = 200_000;
@@ -233,7 +236,7 @@ impl Robot {
         self.received(port);
         self.send(port, &[command.as_bytes(), b"\r"].concat());
         let mut answer = self.received(port);
-        let stop = frame(b"SP\r");
+        let stop = frame(STOP);
         if answer.len() > stop.len() && answer.ends_with(&stop) {
             answer.truncate(answer.len() - stop.len());
             self.sent.insert(port, stop);
@@ -250,51 +253,48 @@ impl Robot {
         assert_eq!(notation::write(&answer), "OK<CR>", "{command}");
     }
 
-    /// A command that is answered by FL: the content without EOF, every text acknowledged with OK.
+    /// The binary body of SF.
+    pub fn total(&mut self, port: Port) -> Vec<u8> {
+        self.file(port, "SF")
+    }
+
+    /// A command that is answered by FL: the content without EOF, every text acknowledged with OK. An unsolicited SP is
+    /// left to be received.
     ///
     /// # Panics
     /// When the texts are not those of a file.
     pub fn file(&mut self, port: Port, command: &str) -> Vec<u8> {
-        let first = self.ask(port, command);
-        self.rest_of_file(port, command, &first)
-    }
-
-    /// The content of a file whose first text has come.
-    fn rest_of_file(&mut self, port: Port, command: &str, first: &[u8]) -> Vec<u8> {
-        let mut content = first
-            .strip_prefix(b"FL,".as_slice())
-            .map(<[u8]>::to_vec)
-            .unwrap_or_else(|| {
-                panic!("{command}: FL expected, {} found", notation::write(first));
-            });
-        while content.last() != Some(&0x1A) {
-            self.send(port, b"OK\r");
-            let text = self.received(port);
-            content.extend(unframe(&text).unwrap_or_else(|| panic!("{command}: a further text expected")));
-        }
-        self.send(port, b"OK\r");
+        let parsed = Command::parse(command.as_bytes());
+        let expected = parsed.map_or(Expected::Content, |command| Expected::of(&command));
+        self.received(port);
+        let mut host = host::unhurried();
+        host.send(format!("{command}\r").as_bytes(), expected);
+        let mut stops = Vec::new();
+        let content = loop {
+            while let Some(bytes) = host.poll_transmit(Duration::ZERO) {
+                self.raw(port, &bytes);
+            }
+            match host.poll_event() {
+                Some(HostEvent::Response(Response::Content(content))) => break content,
+                Some(HostEvent::Stopped) => stops.extend(frame(STOP)),
+                Some(other) => panic!("{command}: FL expected, {other:?} found"),
+                None => {
+                    let bytes = self.received(port);
+                    assert!(!bytes.is_empty(), "{command}: {} expected", host.expected());
+                    host.receive(Duration::ZERO, &bytes);
+                }
+            }
+        };
         let rest = self.received(port);
         assert!(
-            rest.is_empty() || rest == frame(b"SP\r"),
+            rest.is_empty() || rest == frame(STOP),
             "{command}: {rest:02x?} follows the host's last OK"
         );
-        if !rest.is_empty() {
-            self.sent.insert(port, rest);
+        stops.extend(rest);
+        if !stops.is_empty() {
+            self.sent.insert(port, stops);
         }
-        content.pop();
         content
-    }
-
-    /// The binary body of SF.
-    pub fn total(&mut self, port: Port) -> Vec<u8> {
-        let first = self.ask(port, "SF");
-        let body = first.get(3..).unwrap_or_default();
-        // A full text, which needs no EOF.
-        if body.len() == SfLayout::Six.len() && SfLayout::from_first_text(body) == SfLayout::Six {
-            self.send(port, b"OK\r");
-            return body.to_vec();
-        }
-        self.rest_of_file(port, "SF", &first)
     }
 
     /// A float of the SF body.
@@ -353,7 +353,7 @@ impl Effects for World<'_> {
 /// A text with STX around this data section.
 #[must_use]
 pub fn frame(data: &[u8]) -> Vec<u8> {
-    [b"\x02", data, b"\x03"].concat()
+    encode_text(data, Framing::Stx, Checksum::None)
 }
 
 /// The data section of exactly one text with STX; binary data inside is let through.
