@@ -10,6 +10,9 @@ use std::io::{Read, Write};
 use std::net::TcpStream;
 use std::path::Path;
 use std::time::{Duration, Instant};
+use ts3100_host::{Client, Options, Response, TcpTransport};
+use ts3100_proto::command::Command;
+use ts3100_proto::file::FlSender;
 
 /// Microseconds of wall clock that tell the two speeds of a terminal: the kernel passes its bytes on the same core in 7 to 15, on
 /// another one in 70 to 100. Which it is changes from round to round, and only rounds with the same one can be compared.
@@ -24,9 +27,8 @@ pub const TALK: &str = "--talk";
 const EXCHANGES: u32 = 3_000;
 /// Files in one go.
 const FILES: u32 = 20;
-/// Bytes of the file, of the part of it in the first text, and in each further one.
+/// Bytes of the file, and of it in each text but the first.
 const FILE: usize = 30_000;
-const FIRST: usize = 250;
 const FURTHER: usize = 253;
 /// Lines that a program prints in one go, each in one PRINT, and the bytes of a line.
 const LINES: u32 = 20_000;
@@ -179,6 +181,7 @@ fn over_tcp(own: &Path, binary: &Path, folder: &Path, rounds: usize) -> Result<V
             ask(&mut line, alone).map(drop)
         }),
     )?;
+    let mut host = unhurried(stream);
     Ok(vec![
         Row {
             name: "MR with its OK",
@@ -188,39 +191,49 @@ fn over_tcp(own: &Path, binary: &Path, folder: &Path, rounds: usize) -> Result<V
         },
         Row {
             name: "DL, each text of 253 bytes",
-            laps: downloads(own, &robot, &mut stream, rounds)?,
+            laps: downloads(own, &robot, &mut host, rounds)?,
             bytes: Some(FURTHER),
             slow: f64::INFINITY,
         },
         Row {
             name: "UL, each text of 253 bytes",
-            laps: uploads(own, &robot, &mut stream, rounds)?,
+            laps: uploads(own, &robot, &mut host, rounds)?,
             bytes: Some(FURTHER),
             slow: f64::INFINITY,
         },
     ])
 }
 
+/// A host without pauses.
+fn unhurried(stream: TcpStream) -> Client<TcpTransport> {
+    let options = Options {
+        pause: Duration::ZERO,
+        timeout: PATIENCE,
+        ..Options::with_stx()
+    };
+    Client::new(TcpTransport::from(stream), options)
+}
+
 fn downloads(
     own: &Path,
     robot: &Server,
-    stream: &mut TcpStream,
+    host: &mut Client<TcpTransport>,
     rounds: usize,
 ) -> Result<Vec<[Lap; 2]>, Failure> {
-    let texts = texts();
+    let content = content();
+    let texts = texts(&content);
     let mut echo = start_echo(own, OK.len())?;
     let mut line = echo.connection()?;
+    let download = Command::parse(b"DL,BIG")?;
     turns(
         rounds,
         [FILES, u32::try_from(texts.len())?],
         &mut (robot, &mut || {
-            stream.write_all(b"\x02DL,BIG\r\x03")?;
-            expect_ok(stream)?;
-            for text in &texts {
-                stream.write_all(text)?;
-                expect_ok(stream)?;
+            if host.request(&download)? == Response::Ok && host.send_file(&content)? {
+                Ok(())
+            } else {
+                Err("DL: NG".into())
             }
-            Ok(())
         }),
         &mut (&echo, &mut || {
             for text in &texts {
@@ -235,27 +248,22 @@ fn downloads(
 fn uploads(
     own: &Path,
     robot: &Server,
-    stream: &mut TcpStream,
+    host: &mut Client<TcpTransport>,
     rounds: usize,
 ) -> Result<Vec<[Lap; 2]>, Failure> {
-    let texts = texts();
-    let expected: usize = texts.iter().map(Vec::len).sum();
+    let content = content();
+    let texts = texts(&content);
     let mut echo = start_echo(own, FURTHER + 2)?;
     let mut line = echo.connection()?;
+    let upload = Command::parse(b"UL,BIG")?;
     turns(
         rounds,
         [FILES, u32::try_from(texts.len())?],
         &mut (robot, &mut || {
-            stream.write_all(b"\x02UL,BIG\r\x03")?;
-            let mut length = 0;
-            for _ in &texts {
-                length += read_text(stream)?;
-                stream.write_all(OK)?;
-            }
-            if length == expected {
+            if host.request(&upload)? == Response::Content(content.clone()) {
                 Ok(())
             } else {
-                Err(format!("UL: {expected} bytes expected, found {length}").into())
+                Err("UL: another content".into())
             }
         }),
         &mut (&echo, &mut || {
@@ -350,19 +358,17 @@ fn serve(binary: &Path, folder: &Path, file: (&str, &str), flags: &[&str]) -> Re
     Server::launch(binary, &[&words[..], flags].concat())
 }
 
-/// The file in the texts of DL.
-fn texts() -> Vec<Vec<u8>> {
+/// The file.
+fn content() -> Vec<u8> {
     let line = b"' A remark that fills a line of a file; there is nothing in it but these words.\r\n";
-    let mut bytes: Vec<u8> = line.iter().copied().cycle().take(FILE).collect();
-    bytes.push(0x1a);
-    let (first, further) = bytes.split_at(FIRST);
-    let mut texts = vec![[b"\x02FL,", first, &[ETX]].concat()];
-    texts.extend(
-        further
-            .chunks(FURTHER)
-            .map(|part| [b"\x02", part, &[ETX]].concat()),
-    );
-    texts
+    line.iter().copied().cycle().take(FILE).collect()
+}
+
+/// The file in the texts of DL.
+fn texts(content: &[u8]) -> Vec<Vec<u8>> {
+    let mut sender = FlSender::new(content);
+    let options = Options::with_stx();
+    std::iter::from_fn(|| sender.next_text().map(|data| options.text(data))).collect()
 }
 
 fn expect_ok(stream: &mut impl Read) -> Result<(), Failure> {
