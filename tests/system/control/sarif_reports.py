@@ -2,12 +2,14 @@
 
     python3 tests/system/control/sarif_reports.py --serve target/release/ts3100"""
 
-import argparse
 import json
 import os
 import subprocess
 import sys
 import tempfile
+
+sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "lib"))
+from steps import Failed, equal, program, serving, true  # noqa: E402
 
 # The validator of the format's maker, for Linux on x86-64; it has the schema and the rules of GitHub.
 VALIDATOR = "@microsoft/sarif-multitool-linux@5.7.0"
@@ -30,7 +32,7 @@ def validator(folder):
     return path
 
 
-def documents(program, folder):
+def documents(binary, folder):
     """SARIF of every kind: checked programs by relative and absolute path, runs with and without a transcript."""
     for name in ("bad.scol", "with blank.scol"):
         with open(os.path.join(folder, name), "w", encoding="ascii") as file:
@@ -38,12 +40,12 @@ def documents(program, folder):
     with open(os.path.join(folder, "host.py"), "w", encoding="ascii") as file:
         file.write(HOST)
     for name, source in (("relative.sarif", "with blank.scol"), ("absolute.sarif", os.path.join(folder, "bad.scol"))):
-        done = subprocess.run([program, "check", "--format", "sarif", source, "missing.scol"], cwd=folder, stdout=subprocess.PIPE, check=False)
+        done = subprocess.run([binary, "check", "--format", "sarif", source, "missing.scol"], cwd=folder, stdout=subprocess.PIPE, check=False)
         with open(os.path.join(folder, name), "wb") as file:
             file.write(done.stdout)
         yield name, 2
     for name, words in (("run.sarif", []), ("recorded.sarif", ["--transcript", os.path.join(folder, "day 1.txt")])):
-        subprocess.run([program, "exec", "--findings", name, *words, "--", sys.executable, "host.py"], cwd=folder, check=True,
+        subprocess.run([binary, "exec", "--findings", name, *words, "--", sys.executable, "host.py"], cwd=folder, check=True,
                        stderr=subprocess.DEVNULL)
         yield name, 2
 
@@ -55,9 +57,8 @@ def check_places(path, least):
     for result in run["results"]:
         place = result["locations"][0]["physicalLocation"]
         if not place["artifactLocation"]["uri"] or place["region"]["startLine"] < 1:
-            sys.exit("%s: a result without a place: %s" % (path, result))
-    if len(run["results"]) < least:
-        sys.exit("%s has %d results, %d expected" % (path, len(run["results"]), least))
+            raise Failed("%s: each result has a place\n     found    %s" % (path, result))
+    true("%s has at least %d results" % (os.path.basename(path), least), len(run["results"]) >= least, run["results"])
 
 
 def errors(tool, path):
@@ -65,32 +66,25 @@ def errors(tool, path):
     done = subprocess.run([tool, "validate", path, "--rule-kind", "Sarif;Ghas", "--level", "Error;Warning;Note"], capture_output=True,
                           text=True, check=False, env={**os.environ, "DOTNET_SYSTEM_GLOBALIZATION_INVARIANT": "1"})
     if "1 files scanned" not in done.stdout:
-        sys.exit("the validator has not read %s:\n%s%s" % (path, done.stdout, done.stderr))
+        raise Failed("the validator reads %s\n     found    %s%s" % (path, done.stdout, done.stderr))
     return [line for line in done.stdout.splitlines() if ": error " in line]
 
 
 def main():
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--serve", required=True, help="the program")
-    program = os.path.abspath(parser.parse_args().serve)
+    binary = serving(__doc__).parse_args().serve
     with tempfile.TemporaryDirectory(prefix="ts3100-sarif-") as folder:
         tool = validator(folder)
-        for name, least in documents(program, folder):
+        for name, least in documents(binary, folder):
             path = os.path.join(folder, name)
             check_places(path, least)
-            found = errors(tool, path)
-            if found:
-                sys.exit("\n".join(found))
-            print("%s: valid, and GitHub takes it" % name)
-        # The validator finds what is wrong.
+            equal("%s: valid, and GitHub takes it" % name, [], errors(tool, path))
         with open(path, encoding="utf-8") as file:
             broken = json.load(file)
         broken["runs"][0]["results"][0]["locations"][0]["physicalLocation"]["artifactLocation"]["uri"] = "C:\\no uri"
         with open(path, "w", encoding="utf-8") as file:
             json.dump(broken, file)
-        if not errors(tool, path):
-            sys.exit("the validator takes a URI that is none")
+        true("the validator refuses a URI that is none", errors(tool, path))
 
 
 if __name__ == "__main__":
-    main()
+    sys.exit(program(main))

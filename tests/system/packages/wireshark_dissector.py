@@ -14,6 +14,9 @@ import subprocess
 import sys
 import tempfile
 
+sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "lib"))
+from steps import Failed, equal, program, true  # noqa: E402
+
 ROOT = os.path.dirname(os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__)))))
 SCRIPT = os.path.join(ROOT, "packaging", "wireshark", "ts3100.lua")
 LINKTYPE_RAW = 101
@@ -58,7 +61,7 @@ def read(path):
         words += ["-e", field]
     found = subprocess.run(words, stdout=subprocess.PIPE, stderr=subprocess.PIPE, universal_newlines=True, check=False)
     if found.returncode != 0 or "Lua" in found.stderr:
-        sys.exit("tshark: " + found.stderr)
+        raise Failed("tshark: " + found.stderr)
     return found.stdout.splitlines()
 
 
@@ -80,24 +83,17 @@ def another_wire(directory):
         "host|SF|system total status|||", "controller|||FL|SF|1",
         "host|OK|affirmative answer|||",
     ]
-    found = read(path)
-    if found != expected:
-        sys.exit("of the capture of another wire tshark printed\n%s\n  expected\n%s"
-                 % ("\n".join(found), "\n".join(expected)))
-    print("ok   a capture of another wire, at a port nobody has named")
+    equal("a capture of another wire, at a port nobody has named", expected, read(path))
 
 
 def main():
-    if shutil.which("tshark") is None:
-        sys.exit("cannot read captures: tshark is not installed; run apt-get install tshark")
+    true("tshark is installed (apt-get install tshark)", shutil.which("tshark"))
     with tempfile.TemporaryDirectory(prefix="ts3100-wire-") as directory:
         another_wire(directory)
     # With the whole workspace, as everything else is built: the package alone would be built anew, with other features.
     tests = ["cargo", "test", "-q", "--locked", "--workspace", "--test", "suites", "--", "--include-ignored", "wireshark::"]
-    code = subprocess.run(tests, cwd=ROOT, check=False).returncode
-    if code != 0:
-        sys.exit("the captures of the emulator are not read as they should be")
-    print("ok   the captures of the emulator")
+    equal("the captures of the emulator are read", 0, subprocess.run(tests, cwd=ROOT, check=False).returncode)
 
 
-main()
+if __name__ == "__main__":
+    sys.exit(program(main))
