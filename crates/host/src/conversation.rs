@@ -9,7 +9,7 @@
 //! 4. calls [`Conversation::handle_timeout`].
 //!
 //! Time is a duration since any moment that the owner chooses. Texts are cut by
-//! [`TextDecoder`](ts3100_proto::text::TextDecoder); only the texts of SF and IO, which have no end mark of their own,
+//! [`TextDecoder`]; only the texts of SF and IO, which have no end mark of their own,
 //! are measured here. [`Client`](crate::Client) is the loop over blocking transports.
 
 use crate::Expected;
