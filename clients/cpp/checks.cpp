@@ -192,6 +192,12 @@ void dialogue() {
     expect("what was printed", true, late.find("; IP1 printed HOW FAR?<CR>, the pendant nothing") != std::string::npos);
     channel.send_line("2.5");
     expect("lines before the expected one are dropped", "THAT IS       2.500", channel.wait_for_line("2.500"));
+    two.put_file("ASK", "PROGRAM ASK\nPRINT IP1, \"HALF\"\nDELAY 1\nPRINT IP1, \"DONE\", CR\nEND\n");
+    two.select("ASK");
+    two.start_program();
+    expect("half a line is shown", 0, static_cast<int>(thrown<ts3100::NoReply>([&] { channel.read_line(); }).find("IP1: expected a line within 0.1 s, found `HALF`: ")));
+    two.advance(1);
+    expect("and kept", "HALFDONE", channel.read_line());
     two.put_file("ASK", "PROGRAM ASK\nPRINT COM1, \"ONE\", CR\nEND\n");
     two.select("ASK");
     two.start_program();

@@ -391,9 +391,14 @@ public:
 
     std::string until(char end) {
         std::string data;
-        for (char next = read(); next != end; next = read()) {
-            data += next;
-            if (data.size() > longest_text) throw Error("no end of the text in " + std::to_string(longest_text) + " bytes");
+        try {
+            for (char next = read(); next != end; next = read()) {
+                data += next;
+                if (data.size() >= longest_text) throw Error("no end of the text in " + std::to_string(longest_text) + " bytes");
+            }
+        } catch (const NoReply&) {
+            keep(data);  // the rest may come yet
+            throw;
         }
         return data;
     }
@@ -409,7 +414,7 @@ public:
         return data;
     }
 
-    /// Bytes of `waiting` that are to be read again, a few.
+    /// Bytes that are to be read again, at most those of a text.
     void keep(const std::string& data) {
         std::copy(data.begin(), data.end(), kept_.begin());
         taken_ = 0;
@@ -795,6 +800,9 @@ public:
             }
         } catch (const NoReply&) {
             link_.limit({});
+            const std::string begun = link_.waiting();
+            link_.keep(begun);
+            if (!begun.empty()) instead += (instead.empty() ? "`" : ", `") + begun + "`";
             throw NoReply(name_ + ": expected a line" + (text.empty() ? "" : " with `" + text + "`") + " within " + detail::seconds(link_.timeout) + ", found " +
                           (instead.empty() ? "nothing" : instead) + detail::described(describe_));
         }

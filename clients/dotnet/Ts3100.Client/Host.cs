@@ -423,6 +423,10 @@ namespace Ts3100
             }
             catch (NoReplyException)
             {
+                byte[] begun = link.Waiting();
+                link.Keep(begun);
+                if (begun.Length > 0)
+                    others.Add("`" + Encoding.ASCII.GetString(begun) + "`");
                 throw new NoReplyException(name + ": expected a line" + (text == "" ? "" : " with `" + text + "`") + " within " + Link.Seconds(limit)
                     + ", found " + (others.Count == 0 ? "nothing" : string.Join(", ", others)) + link.Described());
             }
@@ -504,7 +508,7 @@ namespace Ts3100
             return data.ToArray();
         }
 
-        /// <summary>Bytes of <see cref="Waiting"/> that are to be read again, a few.</summary>
+        /// <summary>Bytes that are to be read again, at most those of a text.</summary>
         public void Keep(byte[] data)
         {
             data.CopyTo(kept, 0);
@@ -530,11 +534,19 @@ namespace Ts3100
         public byte[] Until(byte end)
         {
             var data = new List<byte>();
-            for (byte next = Read(); next != end; next = Read())
+            try
             {
-                data.Add(next);
-                if (data.Count > LongestLine)
-                    throw new ProtocolException("no end of the text in " + LongestLine + " bytes");
+                for (byte next = Read(); next != end; next = Read())
+                {
+                    data.Add(next);
+                    if (data.Count >= LongestLine)
+                        throw new ProtocolException("no end of the text in " + LongestLine + " bytes");
+                }
+            }
+            catch (NoReplyException)
+            {
+                Keep(data.ToArray()); // the rest may come yet
+                throw;
             }
             return data.ToArray();
         }

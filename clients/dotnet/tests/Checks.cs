@@ -220,6 +220,12 @@ static class Checks
                 Equal("what was printed", true, late.EndsWith("; IP1 printed HOW FAR?<CR>, the pendant nothing"));
                 channel.SendLine("2.5");
                 Equal("lines before the expected one are dropped", "THAT IS       2.500", channel.WaitForLine("2.500"));
+                two.PutFile("ASK", "PROGRAM ASK\nPRINT IP1, \"HALF\"\nDELAY 1\nPRINT IP1, \"DONE\", CR\nEND\n");
+                two.Select("ASK");
+                two.StartProgram();
+                Equal("half a line is shown", true, Thrown<NoReplyException>(() => channel.ReadLine()).StartsWith("IP1: expected a line within 0.1 s, found `HALF`: "));
+                two.Advance(1);
+                Equal("and kept", "HALFDONE", channel.ReadLine());
                 two.PutFile("ASK", "PROGRAM ASK\nPRINT COM1, \"ONE\", CR\nEND\n");
                 two.Select("ASK");
                 two.StartProgram();

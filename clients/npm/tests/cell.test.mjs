@@ -111,6 +111,12 @@ test("a wait that times out says what is there instead", async () => {
     && message.startsWith(`IP1: expected a line with \`EVER\` within 0.1 s, found \`HOW FAR?\`: ${stopped}`));
   await channel.sendLine("2.5");
   assert.equal(await channel.waitForLine("THAT IS"), "THAT IS       2.500");
+  await robot.putFile("ASK", 'PROGRAM ASK\nPRINT IP1, "HALF"\nDELAY 1\nPRINT IP1, "DONE", CR\nEND\n');
+  await robot.select("ASK");
+  await robot.startProgram();
+  await assert.rejects(channel.readLine(), ({ message }) => message.startsWith("IP1: expected a line within 0.1 s, found `HALF`: "));
+  await robot.advance(1);
+  assert.equal(await channel.readLine(), "HALFDONE");
   await robot.dropPeer("ip1");
   await assert.rejects(channel.readLine(), { name: "Disconnected" });
   await channel.close();

@@ -86,6 +86,14 @@ def test_a_wait_that_times_out_says_what_is_there_instead(pick: Robot) -> None:
         pick.advance(1)
         with pytest.raises(NoReply, match="IP1: expected a line with `EVER` within 0.1 s, found `THERE`: .* at 1 s;.* an INPUT waits for IP1"):
             channel.wait_for_line("EVER", timeout=0.1)
+        channel.send_line("1")
+        pick.files["ASK"] = 'PROGRAM ASK\nPRINT IP1, "HALF"\nDELAY 1\nPRINT IP1, "DONE", CR\nEND\n'
+        pick.select("ASK")
+        pick.start_program()
+        with pytest.raises(NoReply, match="IP1: expected a line within 0.1 s, found `HALF`: "):
+            channel.read_line(timeout=0.1)
+        pick.advance(1)
+        assert channel.read_line() == "HALFDONE"
         with pick.host(timeout=0.1, pause=0) as host, pytest.raises(NoReply, match="did not send the SP of a stop within 0.1 s: the clock is"):
             host.wait_for_stop()
         pick.time_mode = "auto"
