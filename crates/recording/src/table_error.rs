@@ -6,6 +6,12 @@ use std::ops::Range;
 /// Something wrong at a place of the text.
 pub(crate) struct TableError(pub(crate) Range<usize>, pub(crate) String);
 
+impl From<toml::de::Error> for TableError {
+    fn from(error: toml::de::Error) -> TableError {
+        TableError(error.span().unwrap_or(0..0), error.message().to_owned())
+    }
+}
+
 /// The line of a place of the text, from 1.
 pub(crate) fn line_of(text: &str, at: usize) -> usize {
     let before = text.as_bytes().get(..at).unwrap_or(text.as_bytes());

@@ -68,7 +68,7 @@ fn check(specs: &[String], files: &[PathBuf], as_json: bool) -> anyhow::Result<u
     let of_file = |path: &PathBuf| {
         faults::read(path).map_err(|error| match error {
             FaultFileError::File(_) => (UNUSABLE, error.to_string()),
-            FaultFileError::Toml { .. } | FaultFileError::Content { .. } => (NEGATIVE, error.to_string()),
+            FaultFileError::Content { .. } => (NEGATIVE, error.to_string()),
         })
     };
     let of_spec = |spec: &String| match spec.parse() {

@@ -83,11 +83,26 @@ pub enum ConfigError {
 }
 
 impl ConfigError {
+    /// Creates the error for a text that is not TOML, or not the table that is expected.
+    pub(super) fn toml(path: &Path, text: &str, error: &toml::de::Error) -> ConfigError {
+        let before = error.span().and_then(|span| text.get(..span.start));
+        let reason = error.message();
+        match before {
+            Some(before) => ConfigError::invalid(line_after(path, before), reason),
+            None => ConfigError::invalid(path.display(), reason),
+        }
+    }
+
     /// Creates the error for a file or variable whose content is not valid.
     pub(super) fn invalid(origin: impl Display, reason: impl Display) -> ConfigError {
         let (origin, reason) = (origin.to_string(), reason.to_string());
         ConfigError::Invalid { origin, reason }
     }
+}
+
+/// A file and its line that follows this part of its text.
+pub(super) fn line_after(path: &Path, before: &str) -> String {
+    format!("{}, line {}", path.display(), 1 + before.matches('\n').count())
 }
 
 /// Reads a text file of at most [`MAX_FILE`] bytes.

@@ -5,7 +5,7 @@
 
 use super::ServeArgs;
 use super::args::{RobotTable, WireTable};
-use super::error::{ConfigError, read_text};
+use super::error::{ConfigError, line_after, read_text};
 use super::exported;
 use super::flag_group::{Flag, Mark};
 use clap::Args as _;
@@ -83,15 +83,14 @@ fn place(path: &Path, text: &str, key: &str) -> String {
     let keys = table.as_ref().map(|table| table.get_ref().iter());
     let found = keys.and_then(|mut keys| keys.find(|(known, _)| known.get_ref().as_ref() == key));
     let before = found.and_then(|(known, _)| text.get(..known.span().start));
-    let line = 1 + before.unwrap_or_default().matches('\n').count();
-    format!("{}, line {line}", path.display())
+    line_after(path, before.unwrap_or_default())
 }
 
 fn read_file(path: &Path) -> Result<ServeArgs, ConfigError> {
     let text = read_text(path)?;
     let mut table: Table = text
         .parse()
-        .map_err(|error: toml::de::Error| ConfigError::invalid(path.display(), error))?;
+        .map_err(|error| ConfigError::toml(path, &text, &error))?;
     let robots = fleet_tables(path, &mut table, "robot")?;
     let wires = fleet_tables(path, &mut table, "wire")?;
     let mut merged = read_keys(path, &table, false, |key| place(path, &text, key))?;

@@ -13,7 +13,7 @@ use ts3100_controller::model::{AXES, ArmKind, ArmModel, Axis, Joints, ScaraGeome
 use ts3100_proto::words::UnexpectedWord;
 
 /// The models shipped: name and file.
-const SHIPPED: [(&str, &str); 5] = [
+pub const SHIPPED: [(&str, &str); 5] = [
     (
         "ts3100-tv800",
         include_str!("../../../../fixtures/models/ts3100-tv800.toml"),
@@ -106,7 +106,7 @@ impl ModelChoice {
 /// Parses the text of a model file.
 fn parse(path: &Path, text: &str) -> Result<ArmModel, ConfigError> {
     let invalid = |reason: &dyn fmt::Display| ConfigError::invalid(path.display(), reason);
-    let file: ModelFile = toml::from_str(text).map_err(|error| invalid(&error))?;
+    let file: ModelFile = toml::from_str(text).map_err(|error| ConfigError::toml(path, text, &error))?;
     let model = file.into_model().map_err(|error| invalid(&error))?;
     model.validate().map_err(|error| invalid(&error))?;
     Ok(model)
@@ -280,7 +280,10 @@ mod tests {
             .unwrap_err()
             .to_string();
         assert!(
-            found.starts_with("own.toml: ") && found.contains(expected),
+            ["own.toml: ", "own.toml, line "]
+                .iter()
+                .any(|file| found.starts_with(file))
+                && found.contains(expected),
             "{found}"
         );
     }
@@ -321,7 +324,7 @@ mod tests {
         refused(
             "source = \"assumed (D11): as axis 2\"\n",
             "",
-            "missing field `source`",
+            ", line 36: missing field `source`",
         );
         refused("\"six-axis\"", "\"delta\"", "unknown variant `delta`");
         refused("\"six-axis\"", "\"scara\"", "geometry: unknown field");
@@ -330,7 +333,7 @@ mod tests {
             "",
             "ready: joints: expected one for each of the 5 axes, found 6",
         );
-        refused("name = ", "name ", "TOML parse error at line 3");
+        refused("name = ", "name ", ", line 3: ");
     }
 
     #[test]
