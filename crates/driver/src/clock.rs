@@ -66,8 +66,17 @@ impl FromStr for TimeMode {
                 .and_then(|factor| factor.parse::<f64>().ok())
                 .filter(|factor| *factor > 0.0 && *factor <= MAX_SCALE)
                 .map(TimeMode::Scaled)
-                .ok_or_else(|| UnexpectedWord::new(TIME_MODES, word)),
+                .ok_or_else(|| UnexpectedWord::new(TIME_MODES, word).hinting(factor_hint(word))),
         }
+    }
+}
+
+/// What was meant by `10x` or `10`.
+fn factor_hint(word: &str) -> String {
+    let factor = word.strip_suffix('x').unwrap_or(word);
+    match factor.parse::<f64>() {
+        Ok(number) if number > 0.0 && number <= MAX_SCALE => format!("; did you mean `x{factor}`?"),
+        _ => String::new(),
     }
 }
 

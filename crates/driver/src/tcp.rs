@@ -107,6 +107,17 @@ impl Channels {
         Ok(self.numbers.clone())
     }
 
+    /// The ports in use as words: `IP0 34301, IP1 33827`.
+    pub fn listing(&self) -> String {
+        let numbers = self.numbers.iter();
+        let words: Vec<String> = numbers.map(|(port, number)| format!("{port} {number}")).collect();
+        if words.is_empty() {
+            "no port is open".to_owned()
+        } else {
+            words.join(", ")
+        }
+    }
+
     /// TCP port of each server channel that is open.
     pub fn numbers(&self) -> &BTreeMap<Port, u16> {
         &self.numbers

@@ -236,7 +236,7 @@ impl Driver {
         if let Err(reason) = edge.channels.open(seat.controller.network()) {
             error!("no port is open: {reason}");
         }
-        info!("reset; ports: {:?}", edge.channels.numbers());
+        info!("reset: {}", edge.channels.listing());
         for input in edge.serial_lines.power_cycled(&seat.controller) {
             self.feed(number, input);
         }

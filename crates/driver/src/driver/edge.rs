@@ -156,7 +156,7 @@ impl Effects for Edge {
                 let mut inputs = self.serial_lines.power_cycled(controller);
                 inputs.extend(self.channels.close());
                 match self.channels.open(controller.network()) {
-                    Ok(ports) => info!("power cycled; ports: {ports:?}"),
+                    Ok(_) => info!("power back on: {}", self.channels.listing()),
                     Err(reason) => error!("after the power cycle no port is open: {reason}"),
                 }
                 return inputs;
