@@ -37,6 +37,9 @@ pub(super) struct CheckArgs {
     /// Output format
     #[arg(long, value_name = "FORMAT", default_value = "text")]
     format: CheckFormat,
+    /// Print one JSON document to stdout, as --format json
+    #[arg(long, conflicts_with = "format")]
+    json: bool,
     /// Treat warnings as errors
     #[arg(long)]
     deny_warnings: bool,
@@ -66,19 +69,20 @@ pub(super) fn run(args: &CheckArgs) -> anyhow::Result<u8> {
     let mut explained = BTreeSet::new();
     let mut worst = 0;
     let mut files = Vec::new();
+    let format = if args.json { CheckFormat::Json } else { args.format };
     for path in &args.files {
         let file = CheckedFile::check(path, &options, &points);
         worst = worst.max(exit_code(&file, args.deny_warnings));
         if let Err(error) = &file.result {
             print_error(format_args!("cannot read {}: {error}", file.name));
         }
-        if args.format != CheckFormat::Text {
+        if format != CheckFormat::Text {
             files.push(file);
         } else {
             output::written(write_text(&file, &mut explained, paints, &mut stdout))?;
         }
     }
-    let document = match args.format {
+    let document = match format {
         CheckFormat::Text => return Ok(worst),
         CheckFormat::Json => report::json(&files),
         CheckFormat::Sarif => report::sarif(&files),
