@@ -94,10 +94,10 @@ fn number(number: &Number) -> Value {
 
 fn alarm_record(record: &AlarmRecord) -> Value {
     // The record has the level in three digits.
-    let number = record.number.trim_start_matches('0');
+    let number = record.number.strip_prefix("00").unwrap_or(&record.number);
     let known = AlarmCode::from_number(number);
     json!({
-        "alarm": record.number,
+        "alarm": number,
         "message": record.message,
         "at": record.at.to_string(),
         "docs": known.as_ref().map(book::alarm),
