@@ -283,7 +283,7 @@ fn segments(bytes: &[u8], cut: Cut) -> Vec<&[u8]> {
 
 fn step(word: &str, rest: &str) -> Result<Step, String> {
     if let Some(time) = word.strip_prefix("@+") {
-        let time = text::parse_duration(time).map_err(|error| error.to_string())?;
+        let time = text::parse_pause(&format!("{time}{rest}")).map_err(|error| error.to_string())?;
         return Ok(Step::Pass(time));
     }
     if word == "!" {

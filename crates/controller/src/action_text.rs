@@ -10,7 +10,7 @@ use crate::faults::{Fault, FaultAction, FaultError};
 use crate::panel::JogMode;
 use crate::prelude::*;
 use crate::text_form::{single_word, split};
-use crate::time::parse_duration;
+use crate::time::{DurationError, parse_duration};
 use alloc::borrow::Cow;
 use alloc::string::FromUtf8Error;
 use core::fmt;
@@ -60,6 +60,9 @@ pub enum ActionParseError {
     /// A word of an action.
     #[error(transparent)]
     Expected(#[from] UnexpectedWord),
+    /// The length of a pulse.
+    #[error(transparent)]
+    Duration(#[from] DurationError),
     /// No action begins so.
     #[error("unknown action `{0}`")]
     Unknown(String),
@@ -245,7 +248,7 @@ fn line_action(side: IoKind, rest: &str) -> ParseResult<Action> {
         ("pulse", side) => {
             let (on, length) = split(rest);
             let on = bool::read(on)?;
-            let length = parse_duration(length).ok_or_else(|| expected("a time such as 200 ms", length))?;
+            let length = parse_duration(length)?;
             Action::Pulse {
                 side,
                 line,

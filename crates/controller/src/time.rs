@@ -2,10 +2,10 @@
 //!
 //! The emulator decides how virtual time follows the wall clock (real, scaled, stepped, automatic).
 
+use crate::prelude::*;
 use core::fmt;
 use core::ops::{Add, Sub};
 use core::time::Duration;
-use ts3100_proto::words::split_duration;
 
 /// A moment of virtual time, in microseconds since the controller value was made.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Default, Serialize, Deserialize)]
@@ -19,15 +19,47 @@ pub fn duration_from_seconds(seconds: f64, longest: f64) -> Duration {
     Duration::from_micros(micros as u64)
 }
 
+/// Units of durations and their microseconds. A unit stands before those that end as it does.
+const UNITS: [(&str, f64); 4] = [("us", 1.0), ("ms", 1e3), ("s", 1e6), ("min", 60e6)];
+
+/// Text that is not a duration.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[error("cannot read `{0}` as a duration: expected e.g. `5s`, `500 ms`, `1.5 s`")]
+pub struct DurationError(String);
+
 /// Reads a duration with its unit (`us`, `ms`, `s`, `min`), for example `250 ms` or `1.5s`, to the nearest microsecond.
-pub fn parse_duration(text: &str) -> Option<Duration> {
-    let (number, micros) = split_duration(text, &["us", "ms", "s", "min"])?;
+///
+/// # Errors
+/// No unit, no number, or more than 500,000 years.
+pub fn parse_duration(text: &str) -> Result<Duration, DurationError> {
+    let error = || DurationError(text.to_string());
+    to_duration(text.trim_end()).ok_or_else(error)
+}
+
+/// Reads a duration as [`parse_duration`]; a number without a unit has `unit`.
+///
+/// # Errors
+/// As [`parse_duration`].
+pub fn parse_duration_in(unit: &str, text: &str) -> Result<Duration, DurationError> {
+    if text
+        .trim_end()
+        .ends_with(|last: char| last.is_ascii_digit() || last == '.')
+    {
+        let error = |_| DurationError(text.to_string());
+        return parse_duration(&format!("{text}{unit}")).map_err(error);
+    }
+    parse_duration(text)
+}
+
+fn to_duration(text: &str) -> Option<Duration> {
+    let mut units = UNITS.into_iter();
+    let (number, micros) = units.find_map(|(unit, micros)| Some((text.strip_suffix(unit)?, micros)))?;
     let number = number.trim_end();
     if number.contains(|letter: char| !letter.is_ascii_digit() && letter != '.') {
         return None;
     }
     let number: f64 = number.parse().ok()?;
-    let time = Duration::try_from_secs_f64(number * f64::from(micros) / 1e6).ok()?;
+    let time = Duration::try_from_secs_f64(number * micros / 1e6).ok()?;
     let micros = (time + Duration::from_nanos(500)).as_micros();
     Some(Duration::from_micros(u64::try_from(micros).ok()?))
 }

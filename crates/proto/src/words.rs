@@ -165,19 +165,6 @@ pub(crate) fn number<N: core::str::FromStr>(word: &str) -> Option<N> {
     word.parse().ok().filter(|_| digits)
 }
 
-/// Units of durations and their microseconds.
-const UNITS: [(&str, u32); 4] = [("us", 1), ("ms", 1_000), ("min", 60_000_000), ("s", 1_000_000)];
-
-/// Splits a duration such as `250ms` into its number and the microseconds of its unit.
-///
-/// Which numbers and which of the units `us`, `ms`, `s` and `min` a place accepts is its own.
-pub fn split_duration<'a>(text: &'a str, accepted: &[&str]) -> Option<(&'a str, u32)> {
-    let mut units = UNITS.into_iter();
-    let (number, unit, micros) =
-        units.find_map(|(unit, micros)| Some((text.strip_suffix(unit)?, unit, micros)))?;
-    accepted.contains(&unit).then_some((number, micros))
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;

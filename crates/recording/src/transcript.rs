@@ -24,6 +24,7 @@ use serde::{Deserialize, Serialize};
 use std::path::{Path, PathBuf};
 use std::str::FromStr;
 use std::time::Duration;
+use ts3100_controller::time::DurationError;
 use ts3100_controller::{Action, ActionParseError, Bytes, Port, Time};
 use ts3100_proto::calendar::{CalendarError, CalendarTime};
 use ts3100_proto::escape::EscapeError;
@@ -183,6 +184,8 @@ pub enum LineError {
     FileSize(u64),
     #[error("expected bytes: a recording has no line for what did not come")]
     Nothing,
+    #[error(transparent)]
+    Pause(#[from] DurationError),
     #[error("expected at most a hundred years, found {0}")]
     LongPause(String),
     #[error("{0} is not a byte")]

@@ -278,10 +278,9 @@ fn what_diff_and_tap_cannot_use_is_said() {
             "expected clock, versions",
         ),
         (vec!["diff", &fine, "--value-tolerance=-1"], "--value-tolerance"),
-        (vec!["diff", &fine, "--time-tolerance", "5"], "us, ms or s"),
         (
-            vec!["diff", &fine, "--patience", "0.5s"],
-            "expected a whole number of us, ms or s, such as 250ms, found \"0.5s\"",
+            vec!["diff", &fine, "--time-tolerance", "5"],
+            "cannot read `5` as a duration",
         ),
         (
             vec!["tap", "127.0.0.1", "--ports", "auto", "--ready-json"],

@@ -9,12 +9,13 @@ use super::{Fault, FaultError, FaultFilter, KINDS};
 use crate::alarm::AlarmCode;
 use crate::port::Port;
 use crate::prelude::*;
+use crate::time::parse_duration_in;
 use alloc::collections::{BTreeMap, BTreeSet};
 use core::fmt;
 use core::str::FromStr;
 use ts3100_proto::command::COMMANDS;
 use ts3100_proto::escape::Escaped;
-use ts3100_proto::words::{did_you_mean_or, split_duration};
+use ts3100_proto::words::did_you_mean_or;
 
 /// Longest specification in bytes.
 const MAX_SPEC: usize = 2_048;
@@ -70,16 +71,10 @@ impl ParameterType {
     }
 }
 
-/// Parses milliseconds: `1500`, `500ms`, `1.5s`.
+/// Parses a duration of whole milliseconds: `1500`, `500ms`, `1.5 s`.
 fn parse_millis(text: &str) -> Option<u64> {
-    let Some((number, micros)) = split_duration(text, &["ms", "s"]) else {
-        return text.parse().ok();
-    };
-    let millis = number.trim().parse::<f64>().ok()? * f64::from(micros / 1_000);
-    let whole = libm::round(millis);
-    let fits = (0.0..1e15).contains(&whole) && libm::fabs(whole - millis) < 1e-6;
-    // Whole, not negative, and below 1e15.
-    fits.then_some(whole as u64)
+    let micros = parse_duration_in("ms", text).ok()?.as_micros();
+    u64::try_from(micros / 1_000).ok().filter(|_| micros % 1_000 == 0)
 }
 
 impl FromStr for Fault {

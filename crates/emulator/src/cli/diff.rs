@@ -7,7 +7,8 @@ mod show;
 mod suggest;
 
 use super::exit::NEGATIVE;
-use crate::config::{self, Environment, ServeArgs, Settings, args};
+use crate::config::args::{self, duration};
+use crate::config::{self, Environment, ServeArgs, Settings};
 use crate::loading;
 use anyhow::{Context as _, anyhow};
 use clap::{Args, Parser};
@@ -15,7 +16,7 @@ use std::path::PathBuf;
 use std::time::Duration;
 use ts3100_controller::{ControlRight, ControllerType, Dialect, KeySwitch};
 use ts3100_recording::diff::{Ignore, Tolerance, diff};
-use ts3100_recording::transcript::{Header, Recording, text};
+use ts3100_recording::transcript::{Header, Recording};
 
 /// Compare a recording of a robot with the emulator.
 ///
@@ -30,14 +31,14 @@ pub(super) struct DiffArgs {
     /// Recording, .txt or .jsonl
     #[arg(value_name = "TRANSCRIPT")]
     recording: PathBuf,
-    /// Accept answers that come this much earlier or later (us, ms, s)
-    #[arg(long, value_name = "TIME", default_value = "100ms", value_parser = text::parse_duration)]
+    /// Accept answers that come this much earlier or later
+    #[arg(long, value_name = "TIME", default_value = "100ms", value_parser = duration("0s", "1440min"))]
     time_tolerance: Duration,
     /// Accept coordinates of SF and PR that differ by this much, in mm or degrees
     #[arg(long, value_name = "NUMBER", default_value_t = 0.0)]
     value_tolerance: f64,
-    /// Wait this long for a missing answer, in virtual time (us, ms, s)
-    #[arg(long, value_name = "TIME", default_value = "10s", value_parser = text::parse_duration)]
+    /// Wait this long for a missing answer, in virtual time
+    #[arg(long, value_name = "TIME", default_value = "10s", value_parser = duration("0s", "1440min"))]
     patience: Duration,
     /// Do not compare these: clock, versions, positions, lines, time, sp, or keys such as sf.servo or eu.*.date
     #[arg(long, value_name = "WORDS", value_delimiter = ',')]

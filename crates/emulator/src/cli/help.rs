@@ -182,7 +182,7 @@ const EVERYDAY: &[Everyday] = &[
             ("reset", ""),
             ("url", "URL of the control interface"),
         ],
-        example: "ts3100 ctl wait output 5 on --within 10",
+        example: "ts3100 ctl wait output 5 on --within 10s",
     },
     whole("ready", "ts3100 ready --wait 10s"),
     whole("completions", "source <(ts3100 completions bash)"),

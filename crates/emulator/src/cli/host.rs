@@ -11,7 +11,7 @@ mod table;
 mod transfer;
 mod variable_type;
 
-pub(super) use args::{HostArgs, seconds};
+pub(super) use args::HostArgs;
 
 use super::exit::{NEGATIVE, NO_ANSWER};
 use super::output;

@@ -7,7 +7,7 @@
 use super::ctl::target::{self, TargetError};
 use super::exit::{NO_ANSWER, NOT_REACHED};
 use super::output;
-use crate::config::args::FIRST_PORT;
+use crate::config::args::{FIRST_PORT, duration};
 use crate::config::{self, Environment, Ports, ServeArgs, Settings};
 use crate::instances::{self, Instance};
 use crate::log::print_error;
@@ -22,14 +22,11 @@ use ts3100_control::URL_VARIABLE;
 use ts3100_control::client::Client;
 use ts3100_controller::port::Port;
 use ts3100_driver::driver::self_check::connectable;
-use ts3100_proto::words::{UnexpectedWord, split_duration};
 
 /// Longest time one question takes.
 const QUESTION_TIMEOUT: Duration = Duration::from_secs(2);
 /// Pause between two questions.
 const PAUSE: Duration = Duration::from_millis(50);
-/// Longest wait.
-const MAX_WAIT: Duration = Duration::from_secs(24 * 60 * 60);
 
 /// Check that an emulator is ready, or wait until it is.
 ///
@@ -40,19 +37,11 @@ const MAX_WAIT: Duration = Duration::from_secs(24 * 60 * 60);
 #[derive(Debug, Args)]
 pub(super) struct ReadyArgs {
     /// Wait up to this long, such as 10s or 500ms [default: ask once]
-    #[arg(long, value_name = "TIME", value_parser = wait_time)]
+    #[arg(long, value_name = "TIME", value_parser = duration("0s", "1440min"))]
     wait: Option<Duration>,
     /// URL of the control interface [env: TS3100_CONTROL_URL]
     #[arg(long, value_name = "URL")]
     url: Option<String>,
-}
-
-fn wait_time(text: &str) -> Result<Duration, UnexpectedWord> {
-    let wrong = || UnexpectedWord::new("a time up to a day, for example 10s or 500ms", text);
-    let (number, micros) = split_duration(text, &["ms", "s", "min"]).ok_or_else(wrong)?;
-    let seconds = number.parse::<f64>().map_err(|_| wrong())? * f64::from(micros) / 1e6;
-    let time = Duration::try_from_secs_f64(seconds).map_err(|_| wrong())?;
-    Some(time).filter(|time| *time <= MAX_WAIT).ok_or_else(wrong)
 }
 
 /// Place to ask.
@@ -239,14 +228,5 @@ mod tests {
             several.contains("process 7") && several.contains("--url"),
             "{several}"
         );
-    }
-
-    #[test]
-    fn a_wait_has_a_unit() {
-        assert_eq!(wait_time("10s").ok(), Some(Duration::from_secs(10)));
-        assert_eq!(wait_time("500ms").ok(), Some(Duration::from_millis(500)));
-        for wrong in ["", "10", "s", "-1s", "25h", "NaNs", "infs", "2000min"] {
-            assert!(wait_time(wrong).is_err(), "{wrong}");
-        }
     }
 }

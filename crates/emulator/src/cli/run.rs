@@ -9,6 +9,7 @@ use super::check::CheckedFile;
 use super::exit::{NEGATIVE, UNUSABLE};
 use super::input::{self, is_stdin};
 use super::output;
+use crate::config::args::seconds;
 use crate::config::{ServeArgs, Settings};
 use crate::headless::{self, RunEnd, RunRequest};
 use anyhow::{Context, anyhow, bail};
@@ -25,8 +26,8 @@ use ts3100_recording::reports::lcov;
 
 /// Largest file of records, in bytes.
 const MAX_RECORDS: u64 = 64 * 1024 * 1024;
-/// Longest run that can be asked for, in seconds: a hundred years.
-const MAX_SECONDS: f64 = 3_155_760_000.0;
+/// Longest run that can be asked for: a hundred years.
+const MAX_TIME: &str = "3155760000s";
 /// The channels a program can INPUT from.
 const CHANNELS: [&str; 4] = ["TP", "COM1", "IP1", "IP2"];
 
@@ -51,9 +52,9 @@ pub(super) struct RunArgs {
     /// How time passes: auto (as fast as possible), real, x10 (any factor)
     #[arg(long, value_name = "MODE", default_value = "auto")]
     time: TimeMode,
-    /// Longest run in seconds of virtual time
-    #[arg(long, value_name = "SECONDS", default_value = "3600")]
-    max_time: f64,
+    /// Longest run in virtual time
+    #[arg(long, value_name = "TIME", default_value = "3600s", value_parser = seconds("1us", MAX_TIME))]
+    max_time: Duration,
     /// Print every statement with its time and line to stderr
     #[arg(long)]
     trace: bool,
@@ -101,9 +102,6 @@ pub(super) fn run(args: &RunArgs) -> anyhow::Result<u8> {
         }
         return Ok(UNUSABLE);
     }
-    if !(args.max_time > 0.0 && args.max_time <= MAX_SECONDS) {
-        bail!("--max-time: expected seconds, more than 0 and at most {MAX_SECONDS}");
-    }
     if let Some(line) = args.din.iter().find(|line| !Signals::exists(**line)) {
         bail!("--din {line}: expected input lines, {LINE_NUMBERS}");
     }
@@ -115,7 +113,7 @@ pub(super) fn run(args: &RunArgs) -> anyhow::Result<u8> {
         trace: args.trace,
         record_lines: args.lcov.is_some(),
         time: args.time,
-        max_time: Duration::from_secs_f64(args.max_time),
+        max_time: args.max_time,
         config: config.clone(),
     };
     let mut screen = show::RunPrinter::new(&source, args.json);

@@ -2,9 +2,8 @@
 //!
 //! The relay between hosts and the real controller, and the recording, are in [`ts3100_recording::tap`].
 
-use super::host::seconds;
 use super::serve::stop_signal;
-use crate::config::args::{self, FIRST_PORT, LogFormat, PortSource};
+use crate::config::args::{self, FIRST_PORT, LogFormat, PortSource, seconds};
 use crate::embed::single_threaded;
 use crate::log;
 use crate::ready;
@@ -52,8 +51,8 @@ pub(super) struct TapArgs {
         default_value = "ip0,ip1,ip2,ip3"
     )]
     channels: Vec<ChannelArg>,
-    /// Longest wait in seconds for a connection to the controller
-    #[arg(long, value_name = "SECONDS", default_value = "10", value_parser = seconds)]
+    /// Longest wait for a connection to the controller
+    #[arg(long, value_name = "TIME", default_value = "10s", value_parser = seconds("1us", "1440min"))]
     connect_timeout: Duration,
     /// Print one line of JSON on stdout when every port accepts connections; needs --transcript
     #[arg(long, requires = "transcript")]
@@ -226,7 +225,7 @@ mod tests {
             ("192.0.2.1 --channels ip0=0", "a port from 1"),
             ("192.0.2.1 --channels ip0,ip0=5", "twice"),
             ("192.0.2.1 --port-offset 65000", "exceed"),
-            ("192.0.2.1 --connect-timeout 0", "more than 0"),
+            ("192.0.2.1 --connect-timeout 0", "a duration from 1us to 1440min"),
             ("192.0.2.1:x", "NAME:PORT"),
             ("192.0.2.1:65535", "exceeds"),
         ] {

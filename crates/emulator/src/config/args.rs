@@ -13,10 +13,13 @@ use clap::builder::{EnumValueParser, PossibleValue, PossibleValuesParser, TypedV
 use clap::error::ErrorKind;
 use clap::{Arg, Args, Command, ValueEnum};
 use std::ffi::{OsStr, OsString};
+use std::fmt;
 use std::net::{IpAddr, SocketAddr, TcpListener, ToSocketAddrs as _};
 use std::path::{Path, PathBuf};
 use std::str::FromStr;
+use std::time::Duration;
 use ts3100_control::ControlChoice;
+use ts3100_controller::time::{DurationError, parse_duration, parse_duration_in};
 use ts3100_controller::{ControlRight, ControllerType, Dialect, KeySwitch};
 use ts3100_driver::clock::{TimeGap, TimeMode};
 use ts3100_driver::tcp::Ports;
@@ -78,13 +81,13 @@ flag_group! {
         #[arg(long, value_name = "ADDR", value_parser = listen_address)]
         pub listen: Option<IpAddr>,
         /// Add N to the port numbers: 10000 makes 1000-1003 into 11000-11003 [default: 0]
-        #[arg(long, value_name = "N", value_parser = port_offset)]
+        #[arg(long, value_name = "N", value_parser = whole(0, u16::MAX))]
         pub port_offset: Option<u16>,
         /// Take the port numbers from ETHERNET.PAR, or let the system choose free ones [default: parameter]
         #[arg(long, value_name = "WORD", value_parser = PortSourceParser)]
         pub ports: Option<PortSource>,
         /// With --robots: all robots at one address, each N ports above the one before [default: an address each]
-        #[arg(long, value_name = "N")]
+        #[arg(long, value_name = "N", value_parser = whole(0, u16::MAX))]
         pub port_step: Option<u16> [Process],
         /// Print one line of JSON on stdout when every port accepts connections
         #[arg(long, value_name = "BOOL", num_args = 0..=1, require_equals = true, default_missing_value = "true",
@@ -153,7 +156,7 @@ flag_group! {
     pub struct RobotArgs {
         /// Run this many robots in this process: robot-1, robot-2, ... at the address of --listen and those after it;
         /// `{robot}` in a path is the name
-        #[arg(long, value_name = "N", value_parser = robot_count)]
+        #[arg(long, value_name = "N", value_parser = whole(1, MAX_ROBOTS))]
         pub robots: Option<u32> [Process],
         /// Arm: ts3100-tv800, tsl3000-thl400, tsl3000-thl400-4, tsl3000-thl300, scara-600, or the .toml file of a model
         /// of your own [default: ts3100-tv800]
@@ -241,7 +244,7 @@ flag_group! {
         #[arg(long, value_name = "FILE")]
         pub faults: Option<PathBuf> [Shared],
         /// Seed of the random choices of faults [default: 0]
-        #[arg(long, value_name = "N")]
+        #[arg(long, value_name = "N", value_parser = whole(0, u64::MAX))]
         pub fault_seed: Option<u64>,
         /// Vary what the manual leaves open: a seed, `random` (drawn and printed), or `off` [default: off]
         #[arg(long, value_name = "SEED")]
@@ -386,16 +389,18 @@ impl ServeArgs {
 /// Most robots of a process.
 const MAX_ROBOTS: u32 = 65_536;
 
-/// Reads the value of `--robots`.
-fn robot_count(word: &str) -> Result<u32, UnexpectedWord> {
-    let count = word.parse().ok().filter(|count| (1..=MAX_ROBOTS).contains(count));
-    count.ok_or_else(|| UnexpectedWord::new(format!("a whole number from 1 to {MAX_ROBOTS}"), word))
-}
-
-/// Reads the value of `--port-offset`.
-fn port_offset(word: &str) -> Result<u16, UnexpectedWord> {
-    let number = word.parse();
-    number.map_err(|_| UnexpectedWord::new("a whole number from 0 to 65535", word))
+/// Reads a whole number between these two.
+pub fn whole<T>(
+    least: T,
+    most: T,
+) -> impl Fn(&str) -> Result<T, UnexpectedWord> + Clone + Send + Sync + 'static
+where
+    T: Copy + fmt::Display + FromStr + PartialOrd + Send + Sync + 'static,
+{
+    move |word| {
+        let number = word.parse().ok().filter(|number| (least..=most).contains(number));
+        number.ok_or_else(|| UnexpectedWord::new(format!("a whole number from {least} to {most}"), word))
+    }
 }
 
 /// Reads the value of `--listen`: an address, or a name that resolves to one of this computer. IPv4 is preferred, because
@@ -494,6 +499,39 @@ impl TypedValueParser for PortSourceParser {
 
 /// Port of IP0 of a controller as delivered (ETH-05).
 pub(crate) const FIRST_PORT: u16 = 1_000;
+
+/// Reads a duration with its unit, between these two.
+pub fn duration(
+    least: &'static str,
+    most: &'static str,
+) -> impl Fn(&str) -> Result<Duration, DurationArgError> + Clone + Send + Sync + 'static {
+    move |text| within(parse_duration(text)?, least, most, text)
+}
+
+/// Reads a duration between these two; a number without a unit is seconds.
+pub fn seconds(
+    least: &'static str,
+    most: &'static str,
+) -> impl Fn(&str) -> Result<Duration, DurationArgError> + Clone + Send + Sync + 'static {
+    move |text| within(parse_duration_in("s", text)?, least, most, text)
+}
+
+fn within(time: Duration, least: &str, most: &str, text: &str) -> Result<Duration, DurationArgError> {
+    let is_inside = (parse_duration(least)?..=parse_duration(most)?).contains(&time);
+    let outside = || UnexpectedWord::new(format!("a duration from {least} to {most}"), text);
+    Ok(Some(time).filter(|_| is_inside).ok_or_else(outside)?)
+}
+
+/// A duration of the command line that is not accepted.
+#[derive(Debug, thiserror::Error)]
+pub enum DurationArgError {
+    /// It is not a duration.
+    #[error(transparent)]
+    Form(#[from] DurationError),
+    /// It is too long or too short.
+    #[error(transparent)]
+    Range(#[from] UnexpectedWord),
+}
 
 /// Reads the word of a value, and names all words in the help.
 pub fn word<T: Word + Send + Sync>() -> impl TypedValueParser<Value = T> {

@@ -17,8 +17,8 @@ use ts3100_controller::Dialect;
 
 /// The dialect of the schemas.
 const DRAFT: &str = "https://json-schema.org/draft/2020-12/schema";
-/// Pattern of the value of an option that is a duration.
-const DURATION: &str = "^[0-9.]+(ms|s)$";
+/// Pattern of a duration with its unit.
+const DURATION: &str = r"^([0-9]+\.?[0-9]*|\.[0-9]+)\s*(us|ms|s|min)\s*$";
 /// Pattern of the value of `drive.open_mode`.
 const OPEN_MODES: &str = "^[0-2]([ ,]+[0-2]){3}$";
 

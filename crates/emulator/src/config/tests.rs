@@ -177,7 +177,7 @@ fn what_is_not_understood_is_refused_with_its_place() {
             "transcript: expected a name that ends in .txt, .jsonl or .pcapng, found `a.doc`",
         ),
         ("verbose = true", "verbose: expected 0, 1 or 2, found `true`"),
-        ("a = = 2", "TOML parse error at line 1"),
+        ("a = = 2", "bad.toml, line 1: "),
     ] {
         std::fs::write(&file, text).unwrap();
         let error = error_of(&["--config", path], &[]);
@@ -472,4 +472,26 @@ fn an_empty_variable_of_a_path_is_told_what_is_expected() {
         let error = error_of(&[], &[(name, "")]);
         assert_eq!(error, format!("{name}: {key}: expected a path, found ``"));
     }
+}
+
+#[test]
+fn a_duration_is_inside_its_bounds_and_has_a_unit_unless_it_is_seconds() {
+    let seconds = super::args::seconds("1us", "1440min");
+    for (word, millis) in [
+        ("0.5", 500),
+        ("86400", 86_400_000),
+        ("5s", 5_000),
+        ("500 ms", 500),
+        ("1.5 s", 1_500),
+    ] {
+        assert_eq!(seconds(word).ok(), Some(Duration::from_millis(millis)), "{word}");
+    }
+    for word in [
+        "0", "1e-12", "-1", "86401", "1e300", "NaN", "inf", "x", "", "s", "5 h",
+    ] {
+        assert!(seconds(word).is_err(), "{word}");
+    }
+    let duration = super::args::duration("1us", "1440min");
+    assert_eq!(duration("5s").ok(), Some(Duration::from_secs(5)));
+    assert!(duration("5").is_err());
 }

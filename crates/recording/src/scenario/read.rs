@@ -56,7 +56,7 @@ impl Scenario {
     /// [`ScenarioError`], with the line.
     pub fn parse(origin: &Path, text: &str) -> Result<Scenario, ScenarioError> {
         let read = DeTable::parse(text)
-            .map_err(|error| syntax_error(text, &error))
+            .map_err(|error| syntax_error(text, error))
             .and_then(|table| scenario(origin, text, table.get_ref()));
         read.map_err(|TableError(span, reason)| ScenarioError::Content {
             path: origin.to_path_buf(),
@@ -67,7 +67,7 @@ impl Scenario {
 }
 
 /// What TOML says, or that the file is a program.
-fn syntax_error(text: &str, error: &toml::de::Error) -> TableError {
+fn syntax_error(text: &str, error: toml::de::Error) -> TableError {
     let first = text.lines().map(str::trim).find(|line| !line.is_empty());
     let word = first
         .and_then(|line| line.split_whitespace().next())
@@ -76,7 +76,7 @@ fn syntax_error(text: &str, error: &toml::de::Error) -> TableError {
         let reason = "this is a SCOL program, not a scenario: load it with `--load`";
         return TableError(0..0, reason.to_owned());
     }
-    TableError(error.span().unwrap_or(0..0), error.message().to_owned())
+    error.into()
 }
 
 fn scenario(origin: &Path, text: &str, table: &DeTable<'_>) -> ReadResult<Scenario> {
@@ -309,9 +309,7 @@ fn duration(value: &Value<'_>) -> ReadResult<Duration> {
         return Err(TableError(value.span(), reason));
     }
     let text = string(value)?;
-    let example = "a time such as \"250 ms\", \"2 s\", \"1.5 s\" or \"3 min\"";
-    let wrong = || expected(value, example);
-    let time = parse_duration(text.trim_end()).ok_or_else(wrong)?;
+    let time = parse_duration(&text).map_err(|error| wrong_words(value, error))?;
     if time > MAX_DURATION {
         return Err(expected(value, "a time of at most 365 days"));
     }

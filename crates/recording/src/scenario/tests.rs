@@ -52,11 +52,11 @@ fn what_is_wrong_is_said_with_its_line() {
         ),
         (
             "[[do]]\nat = \"1 hour\"\nactions = []",
-            "line 2: expected a time such as",
+            "line 2: cannot read `1 hour` as a duration: expected e.g. `5s`",
         ),
         (
             "[[do]]\nat = \"-1 s\"\nactions = []",
-            "line 2: expected a time such as",
+            "line 2: cannot read `-1 s` as a duration: expected e.g. `5s`",
         ),
         (
             "[[do]]\nat = \"9999999999 s\"\nactions = []",

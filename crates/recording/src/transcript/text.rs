@@ -26,13 +26,13 @@
 use super::{EndReason, Header, LineError, PeerId, Record, RecordKind, Recording, Side, Writer};
 use std::time::Duration;
 use ts3100_controller::Time;
+use ts3100_controller::time::parse_duration;
 use ts3100_driver::pc_file::MAX_PC_FILE;
 use ts3100_proto::escape::{self, Escaped};
 use ts3100_proto::text::{ETX, LF, STX};
-use ts3100_proto::words::split_duration;
 
-/// Longest pause that is read: a hundred years, in microseconds.
-const MAX_PAUSE: u64 = 3_155_760_000_000_000;
+/// Longest pause that is read: a hundred years.
+const MAX_PAUSE: Duration = Duration::from_secs(3_155_760_000);
 
 /// Writes a transcript line by line.
 #[derive(Debug, Clone, Default)]
@@ -159,6 +159,10 @@ fn read_line(header: &mut Header, now: &mut Time, line: &str) -> Result<Option<R
     if line.trim().is_empty() || line.starts_with('#') {
         return Ok(None);
     }
+    if let Some(pause) = line.strip_prefix("@+") {
+        *now = *now + parse_pause(pause)?;
+        return Ok(None);
+    }
     let (word, rest) = line.split_once(' ').unwrap_or((line, ""));
     match word {
         "origin:" => rest.clone_into(&mut header.origin),
@@ -177,10 +181,7 @@ fn read_line(header: &mut Header, now: &mut Time, line: &str) -> Result<Option<R
             let (line, data) = rest.split_once(' ').unwrap_or((rest, ""));
             return Ok(Some(bytes_record(word, line.parse()?, parse_hex(data)?)));
         }
-        word => match word.strip_prefix("@+") {
-            Some(pause) => *now = *now + parse_duration(pause)?,
-            None => return Err(LineError::NoSuchLine(line.to_owned())),
-        },
+        _ => return Err(LineError::NoSuchLine(line.to_owned())),
     }
     Ok(None)
 }
@@ -251,20 +252,14 @@ fn parse_action(words: &str) -> Result<RecordKind, LineError> {
     }
 }
 
-/// Reads `250ms`, `5s` or `1250us`.
+/// Reads a pause such as `250ms`, `5 s` or `1250us`.
 ///
 /// # Errors
-/// Another unit, no number, more than a hundred years.
-pub fn parse_duration(text: &str) -> Result<Duration, LineError> {
-    let split = split_duration(text, &["us", "ms", "s"]);
-    let count = split.and_then(|(number, micros)| Some((number.parse::<u64>().ok()?, micros)));
-    let expected = "a whole number of us, ms or s, such as 250ms";
-    let (count, micros) = count.ok_or_else(|| LineError::expected(expected, text))?;
-    let pause = count
-        .checked_mul(micros.into())
-        .filter(|pause| *pause <= MAX_PAUSE);
-    let pause = pause.ok_or_else(|| LineError::LongPause(text.to_owned()))?;
-    Ok(Duration::from_micros(pause))
+/// No duration, or more than a hundred years.
+pub fn parse_pause(text: &str) -> Result<Duration, LineError> {
+    let pause = parse_duration(text)?;
+    let fits = Some(pause).filter(|pause| *pause <= MAX_PAUSE);
+    fits.ok_or_else(|| LineError::LongPause(text.to_owned()))
 }
 
 /// Reads bytes as pairs of hexadecimal digits.

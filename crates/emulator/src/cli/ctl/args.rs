@@ -4,19 +4,22 @@
 
 use super::target::TargetArgs;
 use crate::cli::controls::{AlarmButtons, ButtonCommand, JogButtons, ProgramButtons, SwitchCommand};
-use crate::config::args::word;
+use crate::config::args::{seconds, whole, word};
 use clap::{ArgAction, Args, Subcommand};
 use std::path::PathBuf;
 use std::time::Duration;
 use ts3100_controller::CONDITION_FORMS;
 use ts3100_recording::transcript::TranscriptFile;
 
+/// Longest duration that is sent; the control interface has smaller limits of its own.
+const MAX_TIME: &str = "3155760000s";
 /// The methods of calls.
 pub const METHODS: [&str; 4] = ["GET", "PUT", "POST", "DELETE"];
 
 /// Inspect and control a running emulator, including its clock.
 ///
-/// Durations are seconds of virtual time unless a flag says otherwise.
+/// A duration has its unit, as in 5s, 500ms or 1.5s; a number alone is seconds. It is virtual time unless a flag says
+/// otherwise.
 ///
 /// Exit codes: 0 done; 1 refused; 2 wrong usage; 3 no answer; 4 the condition was not met in time.
 #[derive(Debug, Args)]
@@ -24,8 +27,8 @@ pub struct CtlArgs {
     /// The robot that is called.
     #[command(flatten)]
     pub target: TargetArgs,
-    /// Longest wait for an answer, in seconds; --wall is added where a command waits; `events` ends after it [default: 10]
-    #[arg(long, value_name = "SECONDS", global = true, value_parser = crate::cli::host::seconds)]
+    /// Longest wait for an answer; --wall is added where a command waits; `events` ends after it [default: 10]
+    #[arg(long, value_name = "TIME", global = true, value_parser = seconds("1us", "1440min"))]
     pub timeout: Option<Duration>,
     /// Print the answer as one line of JSON
     #[arg(long, global = true)]
@@ -59,7 +62,7 @@ pub enum Command {
     /// Show or set the breakpoints of the selected program
     Breakpoints {
         /// Lines of the file, from 1
-        #[arg(value_parser = clap::value_parser!(u32).range(1..))]
+        #[arg(value_parser = whole(1, u32::MAX))]
         lines: Vec<u32>,
         /// Remove all
         #[arg(long, conflicts_with = "lines")]
@@ -210,7 +213,7 @@ pub enum ProgramCommand {
     Button(ButtonCommand<ProgramButtons>),
     /// Run to a line and stop before it
     RunTo {
-        #[arg(value_parser = clap::value_parser!(u32).range(1..))]
+        #[arg(value_parser = whole(1, u32::MAX))]
         line: u32,
     },
 }
@@ -228,6 +231,7 @@ pub enum JogCommand {
 #[derive(Debug, Args)]
 pub struct JogKey {
     /// Axis from 1; in a coordinate system 1 to 3 go along X Y Z, 4 to 6 turn about them
+    #[arg(value_parser = whole(1, u8::MAX))]
     pub axis: u8,
     #[arg(long, value_parser = ["joint", "tool", "work", "world"], default_value = "joint")]
     pub coordinates: String,
@@ -266,7 +270,10 @@ pub enum FaultsCommand {
         spec: ts3100_controller::faults::Fault,
     },
     /// Disarm a fault; it stays in the report
-    Disarm { number: u32 },
+    Disarm {
+        #[arg(value_parser = whole(0, u32::MAX))]
+        number: u32,
+    },
     /// Remove all faults
     Clear,
     /// List the kinds of faults with their parameters
@@ -275,6 +282,7 @@ pub enum FaultsCommand {
 
 #[derive(Debug, Args)]
 pub struct LineArgs {
+    #[arg(value_parser = whole(0, u16::MAX))]
     pub line: Option<u16>,
     #[command(subcommand)]
     pub action: Option<LineCommand>,
@@ -358,12 +366,14 @@ pub enum ChannelCommand {
 pub enum ClockCommand {
     /// Set how time passes: real, xN, stepped, auto
     Mode { mode: String },
-    /// Advance time by so many seconds
+    /// Advance time by so much
     Advance {
-        seconds: f64,
-        /// Longest wall-clock time, in seconds [default: 30]
-        #[arg(long)]
-        wall: Option<f64>,
+        /// How much, such as 5s or 500 ms
+        #[arg(required = true, num_args = 1..=2)]
+        time: Vec<String>,
+        /// Longest wall-clock time [default: 30s]
+        #[arg(long, value_name = "TIME", value_parser = seconds("0s", MAX_TIME))]
+        wall: Option<Duration>,
     },
     /// Advance time until a condition is met
     AdvanceUntil(WaitArgs),
@@ -372,12 +382,12 @@ pub enum ClockCommand {
 /// How long is waited.
 #[derive(Debug, Clone, Copy, Args)]
 pub struct WaitLimits {
-    /// Longest wait in seconds of virtual time
-    #[arg(long, default_value_t = 60.0)]
-    pub within: f64,
-    /// Longest wall-clock time, in seconds [default: 30]
-    #[arg(long)]
-    pub wall: Option<f64>,
+    /// Longest wait in virtual time
+    #[arg(long, value_name = "TIME", default_value = "60s", value_parser = seconds("0s", MAX_TIME))]
+    pub within: Duration,
+    /// Longest wall-clock time [default: 30s]
+    #[arg(long, value_name = "TIME", value_parser = seconds("0s", MAX_TIME))]
+    pub wall: Option<Duration>,
 }
 
 #[derive(Debug, Args)]
@@ -402,9 +412,9 @@ fn conditions() -> String {
 #[derive(Debug, Clone, Copy, Args)]
 pub struct EventsArgs {
     /// Number of the first event; 1 shows all that are kept [default: new events only]
-    #[arg(long)]
+    #[arg(long, value_parser = whole(0, u64::MAX))]
     pub since: Option<u64>,
     /// End after this many events; with --timeout, exit code 4 if fewer came
-    #[arg(long)]
+    #[arg(long, value_parser = whole(0, u64::MAX))]
     pub count: Option<u64>,
 }

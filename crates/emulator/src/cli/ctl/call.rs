@@ -19,7 +19,7 @@ use ts3100_controller::Condition;
 use ts3100_controller::controls::{BUTTONS, Button};
 use ts3100_controller::faults::Fault;
 use ts3100_controller::limits;
-use ts3100_controller::time::parse_duration;
+use ts3100_controller::time::{parse_duration, parse_duration_in};
 use ts3100_driver::pc_file;
 use ts3100_proto::escape::{Escaped, hex_byte, hex_digits};
 use ts3100_proto::text::EOF;
@@ -305,9 +305,7 @@ fn line_call(side: &'static str, LineArgs { line, action }: &LineArgs) -> anyhow
         Some(LineCommand::On) => put(path, json!({"on": true})),
         Some(LineCommand::Off) => put(path, json!({"on": false})),
         Some(LineCommand::Pulse { state, time }) => {
-            let time = time.join(" ");
-            let length = parse_duration(&time)
-                .ok_or_else(|| UnexpectedWord::new("a time such as 200 ms or 0.5 s", &time))?;
+            let length = parse_duration(&time.join(" "))?;
             post(
                 format!("{path}/pulse"),
                 json!({"on": *state, "seconds": length.as_secs_f64()}),
@@ -403,8 +401,11 @@ fn clock(action: Option<&ClockCommand>) -> anyhow::Result<Call> {
     Ok(match action {
         None => get("/clock"),
         Some(ClockCommand::Mode { mode }) => put("/clock", json!({"mode": mode})),
-        Some(ClockCommand::Advance { seconds, wall }) => {
-            post("/clock/advance", json!({"seconds": seconds, "wall": wall}))
+        Some(ClockCommand::Advance { time, wall }) => {
+            let time = parse_duration_in("s", &time.join(" "))?;
+            let wall = wall.map(|wall| wall.as_secs_f64());
+            let body = json!({"seconds": time.as_secs_f64(), "wall": wall});
+            post("/clock/advance", body)
         }
         Some(ClockCommand::AdvanceUntil(until)) => post("/clock/advance-until", until_body(until)?),
     })
@@ -415,7 +416,9 @@ fn until_body(until: &WaitArgs) -> anyhow::Result<Value> {
 }
 
 fn wait_body(condition: &Value, limits: WaitLimits) -> Value {
-    json!({"condition": condition, "within": limits.within, "wall": limits.wall})
+    let WaitLimits { within, wall } = limits;
+    let wall = wall.map(|wall| wall.as_secs_f64());
+    json!({"condition": condition, "within": within.as_secs_f64(), "wall": wall})
 }
 
 /// The words of a condition, as the controller writes them. Backslashes mean what they mean to the other commands.

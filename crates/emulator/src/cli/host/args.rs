@@ -6,6 +6,7 @@
 
 use super::table::{help, message, rows, subcommand, word};
 use super::variable_type::VariableType;
+use crate::config::args::seconds;
 use clap::error::ErrorKind;
 use clap::{ArgMatches, Args, Command, Error, FromArgMatches, Subcommand};
 use std::path::PathBuf;
@@ -30,27 +31,12 @@ pub(in crate::cli) struct HostArgs {
     /// Print the decoded reply as JSON
     #[arg(long, global = true)]
     pub(super) json: bool,
-    /// Longest wait for each text of a reply in seconds
-    #[arg(long, global = true, value_name = "SECONDS", default_value = "5", value_parser = seconds)]
+    /// Longest wait for each text of a reply
+    #[arg(long, global = true, value_name = "TIME", default_value = "5s", value_parser = seconds("1us", "1440min"))]
     pub(super) timeout: Duration,
-    /// Longest time in seconds for the whole exchange, without the wait of `rn --wait`
-    #[arg(long, global = true, value_name = "SECONDS", default_value = "600", value_parser = seconds)]
+    /// Longest time for the whole exchange, without the wait of `rn --wait`
+    #[arg(long, global = true, value_name = "TIME", default_value = "600s", value_parser = seconds("1us", "1440min"))]
     pub(super) total: Duration,
-}
-
-/// A word that is no number of seconds.
-#[derive(Debug, thiserror::Error)]
-#[error("expected a number of seconds, more than 0 and at most 86400")]
-pub(in crate::cli) struct SecondsError;
-
-/// A number of seconds of a command line: more than 0, at most a day.
-pub(in crate::cli) fn seconds(word: &str) -> Result<Duration, SecondsError> {
-    const DAY: Duration = Duration::from_secs(86_400);
-    let seconds = word.parse().ok().map(Duration::try_from_secs_f64);
-    seconds
-        .and_then(Result::ok)
-        .filter(|time| !time.is_zero() && *time <= DAY)
-        .ok_or(SecondsError)
 }
 
 /// Any command of the table.
@@ -123,8 +109,8 @@ pub(super) enum HostCommand {
     },
     #[command(about = help("RN"))]
     Rn {
-        /// Wait until the controller reports the stop by SP, at most SECONDS
-        #[arg(long, value_name = "SECONDS", num_args = 0..=1, value_parser = seconds)]
+        /// Wait until the controller reports the stop by SP, at most TIME
+        #[arg(long, value_name = "TIME", num_args = 0..=1, value_parser = seconds("1us", "1440min"))]
         wait: Option<Option<Duration>>,
     },
     #[command(about = help("MR"))]
@@ -201,15 +187,6 @@ impl HostCommand {
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn a_time_that_is_none_is_refused() {
-        assert_eq!(seconds("0.5").ok(), Some(Duration::from_millis(500)));
-        assert_eq!(seconds("86400").ok(), Some(Duration::from_secs(86_400)));
-        for word in ["0", "1e-12", "-1", "86401", "1e300", "NaN", "inf", "x", ""] {
-            assert!(seconds(word).is_err(), "{word}");
-        }
-    }
 
     #[test]
     fn every_command_of_the_table_has_a_word_and_its_help() {

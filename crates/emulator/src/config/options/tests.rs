@@ -246,7 +246,11 @@ fn numbers_keep_to_their_range() {
             &["0s", "3600s"],
             &["3601s", "-0.1s", "nanms", "1e400s"],
         ),
-        ("auto.silence", &["0.05ms", "20ms"], &["0.04ms", "3601s", "50us"]),
+        (
+            "auto.silence",
+            &["0.05ms", "50us", "20ms"],
+            &["0.04ms", "3601s", "49us"],
+        ),
         (
             "channel.redial",
             &["10ms", "3600s"],

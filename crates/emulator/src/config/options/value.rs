@@ -10,6 +10,7 @@ use ts3100_controller::options::{
     BadCharacter, CycleWithoutLabel, FieldBus, Malformed, NoPeer, OutOfReach, Reconnect, SfTexts, Strobe,
     UnknownInput, UnsolicitedSp, WaitAfterStop, WhileSending,
 };
+use ts3100_controller::time::{parse_duration, parse_duration_in};
 use ts3100_driver::store::backing::WhenFull;
 use ts3100_driver::tcp::{LinkOptions, SecondConnection};
 use ts3100_proto::parameter::{LineEnd, OpenMode};
@@ -17,7 +18,6 @@ use ts3100_proto::status::eu::YearDigits;
 use ts3100_proto::status::su::SuLayout;
 use ts3100_proto::status::vr::VrLayout;
 use ts3100_proto::text::{Checksum, EndRule, StxRule};
-use ts3100_proto::words::split_duration;
 
 /// The field of an option.
 pub(super) type Place<T> = for<'a> fn(&'a mut Options, &'a mut LinkOptions) -> &'a mut T;
@@ -156,12 +156,8 @@ impl Value for [Duration; 5] {
     }
 
     fn parse(text: &str) -> Option<[Duration; 5]> {
-        const MOST: f64 = 60_000.0;
-        let times = parts(text).map(|word| {
-            let millis = word.parse::<f64>().ok();
-            let millis = millis.filter(|millis| (0.0..=MOST).contains(millis))?;
-            Some(Duration::from_secs_f64(millis / 1e3))
-        });
+        const MOST: Duration = Duration::from_secs(60);
+        let times = parts(text).map(|word| parse_duration_in("ms", word).ok().filter(|time| *time <= MOST));
         let times = times.collect::<Option<Vec<Duration>>>()?;
         match times.as_slice() {
             [one] => Some([*one; 5]),
@@ -195,12 +191,6 @@ impl<T: Value> Value for Option<T> {
 /// A duration from the shortest to an hour, and a usual one: `200ms`, `2s` or `0.5s`.
 pub(super) struct Period(pub &'static str, pub &'static str, pub Place<Duration>);
 
-fn parse_duration(text: &str) -> Option<Duration> {
-    let (number, micros) = split_duration(text, &["ms", "s"])?;
-    let seconds = number.trim().parse::<f64>().ok()? * f64::from(micros) / 1e6;
-    Duration::try_from_secs_f64(seconds).ok()
-}
-
 impl Setting for Period {
     fn values(&self) -> Values {
         let Period(least, example, _) = *self;
@@ -209,16 +199,16 @@ impl Setting for Period {
 
     fn set(&self, options: &mut Options, links: &mut LinkOptions, text: &str) -> Option<()> {
         const HOUR: Duration = Duration::from_secs(3_600);
-        let range = parse_duration(self.0)?..=HOUR;
-        *self.2(options, links) = parse_duration(text).filter(|time| range.contains(time))?;
+        let range = parse_duration(self.0).ok()?..=HOUR;
+        *self.2(options, links) = parse_duration(text).ok().filter(|time| range.contains(time))?;
         Some(())
     }
 
     fn text(&self, options: &mut Options, links: &mut LinkOptions) -> String {
-        let time = *self.2(options, links);
-        match time.subsec_millis() {
-            0 => format!("{}s", time.as_secs()),
-            _ => format!("{}ms", time.as_millis()),
+        match self.2(options, links).as_micros() {
+            micros if micros % 1_000_000 == 0 => format!("{}s", micros / 1_000_000),
+            micros if micros % 1_000 == 0 => format!("{}ms", micros / 1_000),
+            micros => format!("{micros}us"),
         }
     }
 }

@@ -1,13 +1,10 @@
 //! The JSON schema of scenario files, from the rows that the reader knows.
 
-use super::{DRAFT, described};
+use super::{DRAFT, DURATION, described};
 use serde_json::{Map, Value, json};
 use ts3100_controller::{CONDITION_FORMS, action_forms};
 use ts3100_recording::scenario::CHANNEL_ACTIONS;
 pub use ts3100_recording::scenario::keys::{Key, KeyValue, TABLES, Table};
-
-/// Pattern of a time.
-const TIME: &str = r"^([0-9]+\.?[0-9]*|\.[0-9]+)\s*(us|ms|s|min)\s*$";
 
 /// The JSON schema of a scenario file (draft 2020-12).
 pub fn schema() -> Value {
@@ -34,7 +31,7 @@ fn definitions() -> Value {
             "pattern": first_words(actions.clone()),
             "description": format!("One of: {}", actions.collect::<Vec<_>>().join("; ")),
         },
-        "time": { "type": "string", "pattern": TIME, "examples": ["250 ms", "1.5 s", "3 min"] },
+        "time": { "type": "string", "pattern": DURATION, "examples": ["250 ms", "1.5 s", "3 min"] },
     })
 }
 
