@@ -4,6 +4,7 @@
 //! depend on the command line belongs in the library modules, not here. `serve` is the best place to start.
 
 mod check;
+mod completions;
 mod config;
 mod controls;
 mod coverage;
@@ -34,7 +35,7 @@ use crate::config::ServeArgs;
 use crate::log;
 use crate::log::print_error;
 use clap::error::ErrorKind;
-use clap::{CommandFactory as _, Parser, Subcommand};
+use clap::{CommandFactory as _, FromArgMatches as _, Parser, Subcommand};
 use clap_complete::Shell;
 use help::Extent;
 use std::ffi::OsString;
@@ -77,7 +78,12 @@ enum Command {
 
 /// The definition of the command line with its whole help, for manuals.
 pub fn definition() -> clap::Command {
-    help::with_help(Cli::command(), Extent::Everything)
+    help::with_help(grammar(), Extent::Everything)
+}
+
+/// The definition by which a command line is read.
+fn grammar() -> clap::Command {
+    usage::with_positionals(Cli::command())
 }
 
 /// Reads the command line of the process and does what it says. Wrong usage is exit code 2.
@@ -90,8 +96,10 @@ pub fn main() -> ExitCode {
         return guard::run();
     }
     let command = parse_serve().unwrap_or_else(|| {
-        let cli = Cli::try_parse().unwrap_or_else(|error| exit_with_usage_error(error));
-        cli.command
+        let cli = grammar()
+            .try_get_matches()
+            .and_then(|found| Cli::from_arg_matches(&found));
+        cli.unwrap_or_else(|error| exit_with_usage_error(error)).command
     });
     let code = run(command);
     log::flush();
@@ -127,11 +135,7 @@ fn run(command: Command) -> ExitCode {
         Command::Ctl(args) => ctl::run(&args),
         Command::Mcp(args) => mcp::run(&args),
         Command::Ready(args) => ready::run(&args),
-        Command::Completions { shell } => {
-            let mut script = Vec::new();
-            clap_complete::generate(shell, &mut Cli::command(), "ts3100", &mut script);
-            output::print(script).map(|()| 0)
-        }
+        Command::Completions { shell } => completions::run(shell),
         Command::Man(args) => man::run(&args),
         Command::Coverage(args) => coverage::run(&args),
         Command::Config(args) => config::run(&args),
@@ -153,11 +157,11 @@ fn is_help(error: &clap::Error) -> bool {
 fn exit_with_usage_error(error: clap::Error) -> ! {
     let words: Vec<OsString> = std::env::args_os().skip(1).collect();
     if is_help(&error) {
-        let program = help::with_help(Cli::command(), Extent::of(&words));
+        let program = help::with_help(grammar(), Extent::of(&words));
         let help = program.try_get_matches_from(std::env::args_os()).err();
         help.filter(is_help).unwrap_or(error).exit();
     }
-    let error = usage::explain(error, &Cli::command(), &words);
+    let error = usage::explain(error, &grammar(), &words);
     let mut words = words.into_iter();
     let serves = words.next().is_some_and(|word| word == "exec" || word == "serve");
     // The version is no error.

@@ -132,6 +132,7 @@ fn every_resource_has_its_words() {
     answer(&serve, &["input", "9", "force", "off"]);
     assert_eq!(answer(&serve, &["input", "9", "release"])["on"], true);
     answer(&serve, &["output", "9", "pulse", "on", "0.5", "s"]);
+    answer(&serve, &["output", "9", "pulse", "on", "500ms"]);
     answer(&serve, &["servo", "on"]);
     assert_eq!(answer(&serve, &["program", "start"])["status"], "running");
     let reached = answer(
@@ -139,7 +140,9 @@ fn every_resource_has_its_words() {
         &["clock", "advance-until", "output", "3", "on", "--within", "60"],
     );
     assert_eq!(reached["passed"], 5.0);
-    assert_eq!(answer(&serve, &["clock", "advance", "2"])["now"], 7.0);
+    assert_eq!(answer(&serve, &["clock", "advance", "1"])["now"], 6.0);
+    assert_eq!(answer(&serve, &["clock", "advance", "500ms"])["now"], 6.5);
+    assert_eq!(answer(&serve, &["clock", "advance", "0.5", "s"])["now"], 7.0);
     assert_eq!(
         answer(&serve, &["wait", "status", "stop", "(reset)", "--within", "0"])["reached"],
         true
@@ -185,10 +188,10 @@ fn the_exit_code_says_how_it_ended() {
     ] {
         assert_eq!(code(&serve, &words), Some(2), "{words:?}");
     }
-    let late = ["clock", "advance-until", "output", "3", "on", "--within", "1"];
+    let late = ["clock", "advance-until", "output", "3", "on", "--within", "1s"];
     assert_eq!(code(&serve, &late), Some(4));
     // Time stands still, so only the wall-clock limit ends the wait.
-    let never = ["wait", "output", "3", "on", "--within", "1", "--wall", "0.1"];
+    let never = ["wait", "output", "3", "on", "--within", "1", "--wall", "100 ms"];
     let ended = ctl(&serve, &never);
     assert_eq!(ended.status.code(), Some(4));
     assert!(
@@ -213,7 +216,25 @@ fn people_get_names_and_values_and_files_as_they_are() {
     let directory = TempDir::new("binary");
     let program = directory.file("p.scol", "PROGRAM P\nEND\n\x1a");
     let serve = Serve::start(&[]);
-    ctl(&serve, &["file", "put", "P", &program]);
+    let shown = |words: &[&str]| stdout(&ctl(&serve, words));
+    assert_eq!(shown(&["file", "put", "P", &program]), "stored P: 14 bytes\n");
+    assert_eq!(shown(&["findings"]), "none\n");
+    assert_eq!(
+        shown(&["faults", "arm", "late-reply:delay=1.5 s"]),
+        "armed fault 1: late-reply:delay=1500\n"
+    );
+    assert_eq!(
+        shown(&["faults", "arm", "no-reply:id=1"]),
+        "armed fault 1: no-reply:lost=reply\n"
+    );
+    let program = directory.file(
+        "q.scol",
+        "PROGRAM Q\nEND\nDATA\nPOINT P1 = 300,0,400,0,0,0,0,0/11111\nEND\n",
+    );
+    ctl(&serve, &["file", "put", "Q", &program]);
+    ctl(&serve, &["file", "select", "Q"]);
+    let position = shown(&["position", "P1"]);
+    assert!(position.ends_with(" 0.000 11111\n"), "{position}");
     assert_eq!(stdout(&ctl(&serve, &["file", "get", "P"])), "PROGRAM P\nEND\n");
     assert_eq!(stdout(&ctl(&serve, &["servo", "on"])), "on: true\n");
     assert!(stdout(&ctl(&serve, &["metrics"])).contains("ts3100_servo 1\n"));
@@ -379,7 +400,15 @@ fn shells_get_their_completions() {
         let output = run(&["completions", shell]);
         let script = stdout(&output);
         assert!(output.status.success() && script.contains(part), "{shell}");
-        for word in ["advance-until", "emergency-stop", "control-token-file"] {
+        for word in [
+            "advance-until",
+            "emergency-stop",
+            "control-token-file",
+            "stepped",
+            "tsl3000-thl300",
+            "text.stx",
+            "late-reply",
+        ] {
             assert!(script.contains(word), "{shell}: {word}");
         }
     }

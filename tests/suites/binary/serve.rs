@@ -475,14 +475,60 @@ fn a_command_line_that_is_not_understood_says_what_to_type() {
         ),
         (
             &["host", "127.0.0.1:1", "us"],
-            "unknown command `us`; did you mean `su`?\n\nCommands of `ts3100 host`: su sf ",
+            "unknown command `us`; did you mean `su`?\n\nFor more information, try 'ts3100 host --help'.\n",
         ),
         (
             &["ctl", "input", "5", "forc"],
-            "unknown command `forc`; did you mean `force`?\n\nCommands of `ts3100 ctl input`: on off ",
+            "unknown command `forc`; did you mean `force`?\n\nFor more information, try 'ts3100 ctl input --help'.\n",
         ),
         (&["ctl", "stae"], "unknown command `stae`; did you mean `state`?"),
         (&["srve"], "unknown command `srve`; did you mean `serve`?"),
+        (
+            &["ctl", "input", "5", "sideways"],
+            "unknown command `sideways`\n\nCommands of `ts3100 ctl input`: on off pulse ",
+        ),
+        (
+            &["ctl", "input", "5", "1"],
+            "unknown command `1`; did you mean `on`?",
+        ),
+        (
+            &["ctl", "estop"],
+            "unknown command `estop`; did you mean `emergency-stop`?",
+        ),
+        (
+            &["ctl", "snapshot", "save", "a"],
+            "unknown command `save`; did you mean `take`?",
+        ),
+        (
+            &["ctl", "alarms", "2-046"],
+            "unknown command `2-046`; `ts3100 ctl alarms table 2-046` explains the alarm",
+        ),
+        (&["start"], "unknown command `start`; did you mean `serve`?"),
+        (
+            &["version"],
+            "unknown command `version`; did you mean `--version`?",
+        ),
+        (
+            &["serve", "--offset", "5"],
+            "unknown flag `--offset`; did you mean `--port-offset`?",
+        ),
+        (
+            &["serve", "--run-mode", "step"],
+            "unknown flag `--run-mode`; `ts3100 ctl run-mode` sets the operation mode",
+        ),
+        (&["serve", "--time", "10x"], "found `10x`; did you mean `x10`?"),
+        (
+            &["ctl", "output", "5", "force"],
+            "Usage: ts3100 ctl output <LINE> force <STATE>",
+        ),
+        (
+            &["ctl", "override", "150"],
+            "expected a whole number from 1 to 100, found `150`",
+        ),
+        (
+            &["ctl", "breakpoints", "x"],
+            "expected a whole number from 1 to 4294967295, found `x`",
+        ),
     ] {
         let output = run(words);
         assert_eq!(output.status.code(), Some(2), "{words:?}");
@@ -588,4 +634,47 @@ fn the_address_to_listen_on_may_be_a_name_of_this_computer() {
 fn a_quit_signal_ends_it_like_a_term_signal() {
     let serve = Serve::start(&[]);
     expect_code(&serve.signal("QUIT"), 0);
+}
+
+#[test]
+fn a_duration_has_one_form_on_the_whole_command_line() {
+    const EXPECTED: &str = "cannot read `5x` as a duration: expected e.g. `5s`, `500 ms`, `1.5 s`";
+    for words in [
+        &["ctl", "clock", "advance", "5x"][..],
+        &["ctl", "clock", "advance", "1", "--wall", "5x"],
+        &["ctl", "wait", "idle", "--within", "5x"],
+        &["ctl", "input", "5", "pulse", "on", "5x"],
+        &["ctl", "state", "--timeout", "5x"],
+        &["host", "127.0.0.1:1", "su", "--timeout", "5x"],
+        &["host", "127.0.0.1:1", "rn", "--wait=5x"],
+        &["run", "none.scol", "--max-time", "5x"],
+        &["ready", "--wait", "5x"],
+        &["tap", "127.0.0.1", "--connect-timeout", "5x"],
+        &["diff", "none.txt", "--time-tolerance", "5x"],
+        &["diff", "none.txt", "--patience", "5x"],
+    ] {
+        let output = run(words);
+        assert_eq!(output.status.code(), Some(2), "{words:?}");
+        let error = stderr(&output);
+        assert!(error.contains(EXPECTED), "{words:?}: {error}");
+    }
+    // Outside of its bounds, a duration is one all the same.
+    let output = run(&["ready", "--wait", "25000 min"]);
+    let error = stderr(&output);
+    assert!(
+        error.contains("expected a duration from 0s to 1440min"),
+        "{error}"
+    );
+}
+
+#[test]
+fn the_errors_of_the_parser_are_painted_as_all_others() {
+    for words in [&["srve"][..], &["ctl", "override", "150"]] {
+        let error = ts3100(words).env("CLICOLOR_FORCE", "1").output().unwrap();
+        let error = stderr(&error);
+        assert!(
+            error.starts_with("\u{1b}[1m\u{1b}[31merror"),
+            "{words:?}: {error:?}"
+        );
+    }
 }

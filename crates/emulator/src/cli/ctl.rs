@@ -14,7 +14,7 @@ pub use args::CtlArgs;
 
 use super::exit::{NEGATIVE, NO_ANSWER, NOT_REACHED, UNUSABLE};
 use crate::log::print_error;
-use args::{Command, FileCommand, SnapshotCommand};
+use args::{Command, FaultsCommand, FileCommand, SnapshotCommand};
 use call::Call;
 use serde_json::Value;
 use std::io::{self, BufRead as _, Read as _, Write as _};
@@ -72,6 +72,18 @@ fn perform(client: &Client, call: &Call, args: &CtlArgs) -> Result<u8, ClientErr
                 action: Some(FileCommand::Get { .. }),
             },
         ) if !args.json => show::file_text(answer),
+        (
+            Some(answer),
+            Command::File {
+                action: Some(FileCommand::Put { .. }),
+            },
+        ) if !args.json => escape_lines(&show::stored_file(answer)),
+        (
+            Some(answer),
+            Command::Faults {
+                action: Some(FaultsCommand::Arm { spec }),
+            },
+        ) if !args.json => escape_lines(&show::armed_fault(answer, spec.id)),
         (Some(answer), _) if !args.json => escape_lines(&show::format_document(answer)),
         (Some(answer), _) => format!("{answer}\n"),
         (None, _) => text,

@@ -1,10 +1,63 @@
-//! Messages about a command line that clap does not take. Three of clap's own do not help: a word that is not a command
-//! where other arguments are possible too, the command of `exec` without `--`, and a flag of another command.
+//! Messages about a command line that clap does not take. Some of clap's own do not help: a word that is not a command
+//! where other arguments are possible too, the command of `exec` without `--`, and a word of another program.
 
 use clap::Command;
 use clap::error::{ContextKind, ContextValue, Error, ErrorKind};
 use std::ffi::OsString;
 use ts3100_proto::words::did_you_mean;
+
+/// Words that people type for others: the command, the word, and the end of the message.
+const HINTS: [(&str, &str, &str); 13] = [
+    ("ts3100", "start", "; did you mean `serve`?"),
+    ("ts3100", "version", "; did you mean `--version`?"),
+    ("serve", "--offset", "; did you mean `--port-offset`?"),
+    ("exec", "--offset", "; did you mean `--port-offset`?"),
+    (
+        "serve",
+        "--run-mode",
+        "; `ts3100 ctl run-mode` sets the operation mode of a running robot",
+    ),
+    (
+        "exec",
+        "--run-mode",
+        "; `ts3100 ctl run-mode` sets the operation mode of a running robot",
+    ),
+    ("ctl", "estop", "; did you mean `emergency-stop`?"),
+    ("ctl", "e-stop", "; did you mean `emergency-stop`?"),
+    ("snapshot", "save", "; did you mean `take`?"),
+    ("input", "1", "; did you mean `on`?"),
+    ("input", "0", "; did you mean `off`?"),
+    ("output", "1", "; did you mean `on`?"),
+    ("output", "0", "; did you mean `off`?"),
+];
+
+/// The commands of `ctl` whose own commands follow an argument that may be left out.
+const BELOW_ARGUMENT: [&str; 3] = ["input", "output", "channel"];
+
+/// The definition, with the argument in the usage of the commands after it: `ts3100 ctl output <LINE> force <STATE>`.
+/// clap leaves it out, because `ctl output` alone is a command too.
+pub(super) fn with_positionals(root: Command) -> Command {
+    root.mut_subcommands(|command| match command.get_name() {
+        "ctl" => command.mut_subcommands(|command| match BELOW_ARGUMENT.contains(&command.get_name()) {
+            true => with_argument(command),
+            false => command,
+        }),
+        _ => command,
+    })
+}
+
+fn with_argument(command: Command) -> Command {
+    let arguments = command.get_positionals();
+    let arguments: String = arguments
+        .map(|argument| format!(" <{}>", argument.get_id().as_str().to_uppercase()))
+        .collect();
+    let path = format!("ts3100 ctl {}{arguments}", command.get_name());
+    command.mut_subcommands(|inner| {
+        let usage = inner.clone().render_usage().to_string();
+        let usage = usage.trim_start_matches("Usage: ");
+        inner.override_usage(format!("{path} {usage}"))
+    })
+}
 
 /// The error with a better message, where there is one. `words` is the command line without the program.
 pub(super) fn explain(error: Error, root: &Command, words: &[OsString]) -> Error {
@@ -16,18 +69,35 @@ pub(super) fn explain(error: Error, root: &Command, words: &[OsString]) -> Error
         ErrorKind::UnknownArgument | ErrorKind::InvalidSubcommand
     );
     let found = match word {
-        Some(ContextValue::String(found)) if unknown && !found.starts_with('-') => found,
+        Some(ContextValue::String(found)) if unknown => found,
         _ => return error,
     };
     let (command, path) = deepest(root, words);
-    let message = if command.get_name() == "exec" {
+    let hint = hint(command.get_name(), found);
+    let message = if found.starts_with('-') {
+        match hint {
+            Some(hint) => format!("unknown flag `{found}`{hint}\n"),
+            None => return error,
+        }
+    } else if command.get_name() == "exec" {
         format!("put `--` before the command: {path} [OPTIONS] -- {found}\n")
     } else if command.has_subcommands() {
-        unknown_command(command, &path, found)
+        unknown_command(command, &path, found, hint)
     } else {
         return error;
     };
-    Error::raw(ErrorKind::UnknownArgument, message)
+    Error::raw(ErrorKind::UnknownArgument, message).with_cmd(root)
+}
+
+/// What was probably meant by a word that stands in no list.
+fn hint(command: &str, found: &str) -> Option<String> {
+    let is_number = found.starts_with(|first: char| first.is_ascii_digit());
+    if command == "alarms" && is_number {
+        return Some(format!("; `ts3100 ctl alarms table {found}` explains the alarm"));
+    }
+    let mut hints = HINTS.into_iter();
+    let (_, _, hint) = hints.find(|(of, word, _)| *of == command && *word == found)?;
+    Some(hint.to_owned())
 }
 
 /// The subcommand that the words lead to, and how it is called.
@@ -41,15 +111,17 @@ fn deepest<'a>(root: &'a Command, words: &[OsString]) -> (&'a Command, String) {
     found
 }
 
-fn unknown_command(command: &Command, path: &str, found: &str) -> String {
+/// The message names what was probably meant, or else all commands.
+fn unknown_command(command: &Command, path: &str, found: &str, hint: Option<String>) -> String {
     let names: Vec<&str> = command
         .get_subcommands()
         .filter(|command| !command.is_hide_set())
         .map(Command::get_name)
         .collect();
-    let hint = did_you_mean(found, names.iter().copied());
-    format!(
-        "unknown command `{found}`{hint}\n\nCommands of `{path}`: {}\n\nFor more information, try '{path} --help'.\n",
-        names.join(" ")
-    )
+    let hint = hint.unwrap_or_else(|| did_you_mean(found, names.iter().copied()));
+    let list = match hint.as_str() {
+        "" => format!("\n\nCommands of `{path}`: {}", names.join(" ")),
+        _ => String::new(),
+    };
+    format!("unknown command `{found}`{hint}{list}\n\nFor more information, try '{path} --help'.\n")
 }

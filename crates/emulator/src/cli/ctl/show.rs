@@ -15,8 +15,59 @@ const HIDDEN: f64 = 0.000_5;
 /// A document as names and values, indented.
 pub fn format_document(answer: &Value) -> String {
     let mut text = String::new();
-    write(&mut text, answer, 0);
+    match answer.as_array() {
+        Some(list) if list.is_empty() => text.push_str("none\n"),
+        _ => write(&mut text, &with_whole_configurations(answer.clone()), 0),
+    }
     text
+}
+
+/// The document with the configurations of its positions, their last numbers, as whole numbers.
+fn with_whole_configurations(mut answer: Value) -> Value {
+    if let Some(list) = answer.as_array_mut() {
+        return list.drain(..).map(with_whole_configurations).collect();
+    }
+    if answer.get("kind").is_some_and(|kind| kind == "position") {
+        let lists = answer
+            .get("elements")
+            .and_then(Value::as_array)
+            .map_or(0, Vec::len);
+        let mut places: Vec<String> = (0..lists).map(|index| format!("/elements/{index}")).collect();
+        places.push("/value".to_owned());
+        for place in places {
+            let values = answer.pointer_mut(&place).and_then(Value::as_array_mut);
+            if let Some(last) = values.and_then(|values| values.last_mut())
+                && let Some(number) = last.as_f64()
+            {
+                *last = format!("{number:.0}").into();
+            }
+        }
+    }
+    answer
+}
+
+/// Says which file is on the drive now.
+pub fn stored_file(answer: &Value) -> String {
+    let part = |name: &str| answer.get(name).map(plain).unwrap_or_default();
+    format!("stored {}: {} bytes\n", part("name"), part("size"))
+}
+
+/// Says which fault of the list was armed: the one of this number, or the last one for 0.
+pub fn armed_fault(answer: &Value, id: u32) -> String {
+    let faults = answer.get("faults").and_then(Value::as_array);
+    let fault = faults.and_then(|faults| match id {
+        0 => faults.last(),
+        id => faults
+            .iter()
+            .find(|fault| fault.get("id").is_some_and(|known| *known == id)),
+    });
+    let part = |name: &str| {
+        fault
+            .and_then(|fault| fault.get(name))
+            .map(plain)
+            .unwrap_or_default()
+    };
+    format!("armed fault {}: {}\n", part("id"), part("spec"))
 }
 
 /// The text a file holds, or its digits.
