@@ -111,12 +111,6 @@ impl AlarmList {
     }
 }
 
-/// List active alarms and the error history
-#[utoipa::path(get, path = "/alarms", responses((status = 200, body = AlarmList)))]
-pub async fn get_alarms(handle: Handle) -> Answer<AlarmList> {
-    handle.query(AlarmList::new).await.map(Json)
-}
-
 /// Raise an alarm
 ///
 /// Its level decides what follows: 8 and 4 stop the robot at once, 2 stops it after the current step.

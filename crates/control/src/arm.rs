@@ -3,7 +3,7 @@
 //! `/arm/pose` is the part that changes while the arm moves, for readers that draw each picture anew.
 
 use super::noise::without_noise;
-use super::resource::{Answer, Handle, Json, Serialize, ToSchema, View};
+use super::resource::{Serialize, ToSchema, View};
 use ts3100_controller::model::{ArmKind, ArmModel};
 
 /// The arm with its model.
@@ -155,7 +155,7 @@ impl ArmPosture {
 }
 
 impl ArmPicture {
-    fn new(view: &View<'_>) -> ArmPicture {
+    pub fn new(view: &View<'_>) -> ArmPicture {
         let controller = view.controller;
         let pose = controller.arm_pose();
         let frames = controller.frames();
@@ -171,18 +171,4 @@ impl ArmPicture {
             path: path.iter().map(|point| without_noise(point)).collect(),
         }
     }
-}
-
-/// Get what a picture of the arm needs
-#[utoipa::path(get, path = "/arm", responses((status = 200, description = "The arm with its model.", body = ArmPicture)))]
-pub async fn get_arm(handle: Handle) -> Answer<ArmPicture> {
-    handle.query(ArmPicture::new).await.map(Json)
-}
-
-/// Get the posture of the arm
-///
-/// A part of GET /arm that costs little, for many readings a second.
-#[utoipa::path(get, path = "/arm/pose", responses((status = 200, body = ArmPosture)))]
-pub async fn get_pose(handle: Handle) -> Answer<ArmPosture> {
-    handle.query(ArmPosture::new).await.map(Json)
 }

@@ -30,16 +30,13 @@ pub struct RunToRequest {
     line: u32,
 }
 
-fn breakpoints(view: &View<'_>) -> Breakpoints {
-    Breakpoints {
-        lines: view.controller.breakpoints().map(FileLine).collect(),
+impl Breakpoints {
+    /// As they are now.
+    pub fn new(view: &View<'_>) -> Breakpoints {
+        Breakpoints {
+            lines: view.controller.breakpoints().map(FileLine).collect(),
+        }
     }
-}
-
-/// List the breakpoints
-#[utoipa::path(get, path = "/breakpoints", responses((status = 200, body = Breakpoints)))]
-pub async fn get_breakpoints(handle: Handle) -> Answer<Breakpoints> {
-    handle.query(breakpoints).await.map(Json)
 }
 
 /// Set the breakpoints of the selected file
@@ -53,7 +50,7 @@ pub async fn put_breakpoints(handle: Handle, Json(body): Json<Breakpoints>) -> A
     if lines.clone().any(|line| line == 0) {
         return Err(Problem::invalid("lines", "1 or more", 0));
     }
-    let set = handle.act(Action::Breakpoints(lines.collect()), breakpoints);
+    let set = handle.act(Action::Breakpoints(lines.collect()), Breakpoints::new);
     set.await.map(Json)
 }
 

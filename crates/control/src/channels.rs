@@ -90,12 +90,6 @@ impl ChannelStatus {
     }
 }
 
-/// List the communication ports
-#[utoipa::path(get, path = "/channels", responses((status = 200, description = "All six ports.", body = Vec<ChannelStatus>)))]
-pub async fn get_channels(handle: Handle) -> Answer<Vec<ChannelStatus>> {
-    handle.query(ChannelStatus::all).await.map(Json)
-}
-
 /// Get a communication port
 #[utoipa::path(get, path = "/channels/{port}", params(("port" = PortName, Path, description = "Name of the port")),
     responses((status = 200, body = ChannelStatus)))]

@@ -193,7 +193,7 @@ pub struct WaitResponse {
 }
 
 impl ClockStatus {
-    fn new(view: &View<'_>) -> ClockStatus {
+    pub fn new(view: &View<'_>) -> ClockStatus {
         ClockStatus {
             mode: view.time.to_string(),
             behind: view.lag.as_secs_f64(),
@@ -276,12 +276,6 @@ impl From<WaitResult> for WaitResponse {
             passed: waited.passed.as_secs_f64(),
         }
     }
-}
-
-/// Get the clock
-#[utoipa::path(get, path = "/clock", responses((status = 200, body = ClockStatus)))]
-pub async fn get_clock(handle: Handle) -> Answer<ClockStatus> {
-    handle.query(ClockStatus::new).await.map(Json)
 }
 
 /// Set how time passes

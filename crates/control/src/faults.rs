@@ -301,12 +301,6 @@ impl From<FaultError> for Problem {
     }
 }
 
-/// List the faults and their outcome
-#[utoipa::path(get, path = "/faults", responses((status = 200, body = FaultList)))]
-pub async fn get_faults(handle: Handle) -> Answer<FaultList> {
-    handle.query(FaultList::new).await.map(Json)
-}
-
 /// Arm a fault
 ///
 /// It triggers from now on. A fault with the same number is replaced, its counters start at zero.

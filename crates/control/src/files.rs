@@ -84,12 +84,6 @@ impl FileContent {
     }
 }
 
-/// List the files on the RAM drive
-#[utoipa::path(get, path = "/files", responses((status = 200, body = DriveStatus)))]
-pub async fn get_files(handle: Handle) -> Answer<DriveStatus> {
-    handle.query(DriveStatus::new).await.map(Json)
-}
-
 /// Read a file
 #[utoipa::path(get, path = "/files/{name}", params(("name" = String, Path, description = "Name of the file")),
     responses((status = 200, body = FileContent)))]

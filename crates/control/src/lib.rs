@@ -3,7 +3,7 @@
 //!
 //! Each resource has a file with its handlers, which the table of `calls` names. A call becomes a request in the driver's
 //! queue and waits for the result; nothing here owns or changes a controller. Requests pass `guard` first. Start
-//! with `panel`, the simplest resource.
+//! with `pendant`, a simple resource.
 
 // A new variant of an enum of ours is met at every place that tells them apart.
 #![cfg_attr(not(test), warn(clippy::wildcard_enum_match_arm))]
@@ -18,6 +18,7 @@ mod channels;
 mod check;
 pub mod client;
 mod clock;
+mod controls;
 mod coverage;
 mod decode;
 pub mod event;
@@ -106,29 +107,25 @@ const PAGE_POLICY: &str = "default-src 'none'; connect-src 'self'; img-src 'self
 
 /// Every call there is: those of the table of controls, and those of the resources.
 fn calls() -> Vec<Call> {
-    let mut calls = panel::calls();
+    let mut calls = controls::calls();
     calls.extend(calls! {
         robots: get_robots get_robot;
         wires: get_wires put_outside;
         state: get_state;
-        status_frame: get_status_frame;
-        panel: get_program;
-        breakpoints: get_breakpoints put_breakpoints run_to;
-        pendant: get_pendant press_keys;
-        arm: get_arm get_pose;
+        breakpoints: put_breakpoints run_to;
+        pendant: press_keys;
         jog: jog;
-        alarms: get_alarms raise_alarm get_alarm_table get_alarm_row;
-        lines: get_lines get_inputs get_input put_input pulse_input force_input release_input get_outputs get_output
+        alarms: raise_alarm get_alarm_table get_alarm_row;
+        lines: get_input put_input pulse_input force_input release_input get_output
             put_output pulse_output force_output release_output;
-        variables: get_variables get_variable put_variable get_positions get_position put_position teach_position;
-        files: get_files get_file put_file delete_file select_file;
+        variables: get_variable put_variable get_positions get_position put_position teach_position;
+        files: get_file put_file delete_file select_file;
         check: check;
-        channels: get_channels get_channel inject drop_peer;
+        channels: get_channel inject drop_peer;
         decode: decode;
-        parameters: get_parameters;
-        clock: get_clock put_clock advance advance_until wait;
-        power: get_power power_off power_on power_cycle reset;
-        faults: get_faults arm_fault clear_faults get_fault_kinds get_fault disarm_fault;
+        clock: put_clock advance advance_until wait;
+        power: power_off power_on power_cycle reset;
+        faults: arm_fault clear_faults get_fault_kinds get_fault disarm_fault;
         snapshots: get_snapshots get_named put_snapshot delete_snapshot restore_snapshot get_snapshot load_snapshot;
         events: get_events;
         transcript: get_transcript;

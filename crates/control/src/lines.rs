@@ -100,8 +100,17 @@ pub struct Dout {
 }
 
 impl LineList {
-    /// As they are now.
-    pub fn new(view: &View<'_>, side: IoKind) -> LineList {
+    /// The inputs as they are now.
+    pub fn inputs(view: &View<'_>) -> LineList {
+        LineList::new(view, IoKind::Input)
+    }
+
+    /// The outputs as they are now.
+    pub fn outputs(view: &View<'_>) -> LineList {
+        LineList::new(view, IoKind::Output)
+    }
+
+    fn new(view: &View<'_>, side: IoKind) -> LineList {
         let signals = view.controller.signals();
         let forced = Signals::numbers().filter_map(|line| {
             let on = signals.forced(side, line)?;
@@ -129,7 +138,7 @@ impl LineStatus {
 }
 
 impl LineTable {
-    fn new(view: &View<'_>) -> LineTable {
+    pub fn new(view: &View<'_>) -> LineTable {
         let all = |side| {
             Signals::numbers()
                 .map(|line| LineStatus::new(view, side, line))
@@ -176,19 +185,6 @@ async fn pulse(handle: &Handle, side: IoKind, line: u16, body: PulseRequest) -> 
         length: body.seconds.0,
     };
     act(handle, side, line, pulse).await
-}
-
-/// List all inputs and outputs with their names
-#[utoipa::path(get, path = "/lines", responses((status = 200, body = LineTable)))]
-pub async fn get_lines(handle: Handle) -> Answer<LineTable> {
-    handle.query(LineTable::new).await.map(Json)
-}
-
-/// List the inputs that are on or forced
-#[utoipa::path(get, path = "/inputs", responses((status = 200, body = LineList)))]
-pub async fn get_inputs(handle: Handle) -> Answer<LineList> {
-    let look = |view: &View<'_>| LineList::new(view, IoKind::Input);
-    handle.query(look).await.map(Json)
 }
 
 /// Get an input
@@ -240,13 +236,6 @@ pub async fn force_input(
 pub async fn release_input(handle: Handle, Path(Din { line }): Path<Din>, _: NoBody) -> Answer<LineStatus> {
     let side = IoKind::Input;
     act(&handle, side, line, Action::Release { side, line }).await
-}
-
-/// List the outputs that are on or forced
-#[utoipa::path(get, path = "/outputs", responses((status = 200, body = LineList)))]
-pub async fn get_outputs(handle: Handle) -> Answer<LineList> {
-    let look = |view: &View<'_>| LineList::new(view, IoKind::Output);
-    handle.query(look).await.map(Json)
 }
 
 /// Get an output

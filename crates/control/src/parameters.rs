@@ -2,7 +2,7 @@
 //!
 //! To change them, write the files to the RAM drive and cycle the power, as on the real controller.
 
-use super::resource::{Answer, Handle, Json, Serialize, ToSchema, View};
+use super::resource::{Serialize, ToSchema, View};
 use std::net::Ipv4Addr;
 use ts3100_controller::port::Port;
 use ts3100_proto::parameter::SerialSettings;
@@ -109,12 +109,4 @@ impl Parameters {
             com1: SerialParameters::new(user.com1),
         }
     }
-}
-
-/// Get the parameters in effect
-///
-/// To change them, write the files USER.PAR and ETHERNET.PAR, then cycle the power.
-#[utoipa::path(get, path = "/parameters", responses((status = 200, body = Parameters)))]
-pub async fn get_parameters(handle: Handle) -> Answer<Parameters> {
-    handle.query(Parameters::new).await.map(Json)
 }

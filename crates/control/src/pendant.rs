@@ -30,18 +30,12 @@ pub struct KeysRequest {
 }
 
 impl PendantStatus {
-    fn new(view: &View<'_>) -> PendantStatus {
+    pub fn new(view: &View<'_>) -> PendantStatus {
         PendantStatus {
             text: view.controller.pendant().to_owned(),
             ether_pages: ether_pages(view),
         }
     }
-}
-
-/// Get what the teach pendant shows
-#[utoipa::path(get, path = "/pendant", responses((status = 200, body = PendantStatus)))]
-pub async fn get_pendant(handle: Handle) -> Answer<PendantStatus> {
-    handle.query(PendantStatus::new).await.map(Json)
 }
 
 /// Type keys on the teach pendant

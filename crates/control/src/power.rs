@@ -41,7 +41,7 @@ pub struct OpenPort {
 }
 
 impl PowerStatus {
-    fn new(view: &View<'_>) -> PowerStatus {
+    pub fn new(view: &View<'_>) -> PowerStatus {
         let ports = view.ports.iter();
         let ports = ports.map(|(port, accepts)| OpenPort {
             port: port.name(),
@@ -52,12 +52,6 @@ impl PowerStatus {
             ports: ports.collect(),
         }
     }
-}
-
-/// Get the power state
-#[utoipa::path(get, path = "/power", responses((status = 200, body = PowerStatus)))]
-pub async fn get_power(handle: Handle) -> Answer<PowerStatus> {
-    handle.query(PowerStatus::new).await.map(Json)
 }
 
 /// Turn the power off

@@ -1,6 +1,6 @@
 //! Common parts of the file of every resource: extractors, answers, and the description of its documents.
 //!
-//! Begin with `panel`, the simplest resource.
+//! Begin with `pendant`, a simple resource.
 
 pub use super::body::{Json, NoBody, Path};
 pub use super::handle::{Answer, Handle};

@@ -11,10 +11,10 @@ use super::lines::LineList;
 use super::noise::without_noise;
 use super::parameters::Parameters;
 use super::resource::{Answer, Handle, Json, Serialize, ToSchema, View};
-use super::variables::{self, VariableInfo};
+use super::variables::VariableInfo;
 use std::collections::BTreeMap;
 use std::sync::Arc;
-use ts3100_controller::{ControlRight, IoKind, KeySwitch, Port, Time};
+use ts3100_controller::{ControlRight, KeySwitch, Port, Time};
 use ts3100_proto::status::ExecutionStatus;
 
 /// The whole state at one moment.
@@ -244,11 +244,11 @@ impl ControllerState {
                 .iter()
                 .map(ActiveAlarm::new)
                 .collect(),
-            inputs: LineList::new(view, IoKind::Input),
-            outputs: LineList::new(view, IoKind::Output),
+            inputs: LineList::inputs(view),
+            outputs: LineList::outputs(view),
             channels: ChannelStatus::all(view),
             files: DriveStatus::new(view),
-            variables: variables::all(view),
+            variables: VariableInfo::all(view),
             faults: FaultList::new(view),
             findings,
             watchdog: state.watchdog.as_ref().map(|watchdog| WatchdogStatus {

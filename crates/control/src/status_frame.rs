@@ -3,7 +3,7 @@
 //! The content is the controller's, its fields are [`ts3100_proto::dissect`]'s. Here each field gets a meaning beyond its
 //! value: texts of alarms, names of lines, units.
 
-use super::resource::{Answer, Handle, Json, Serialize, ToSchema, View};
+use super::resource::{Serialize, ToSchema, View};
 use ts3100_controller::alarm::AlarmCode;
 use ts3100_controller::{IoKind, Port, line_name};
 use ts3100_proto::dissect::{DissectedField, dissect};
@@ -52,7 +52,7 @@ pub struct StatusField {
 
 impl StatusField {
     /// All of SF, as the host would get it: the one on IP0, or on HOST if only that one is connected.
-    fn all(view: &View<'_>) -> Vec<StatusField> {
+    pub fn all(view: &View<'_>) -> Vec<StatusField> {
         let controller = view.controller;
         let on_host = controller.peer(Port::Ip0).is_none() && controller.peer(Port::Host).is_some();
         let port = if on_host { Port::Host } else { Port::Ip0 };
@@ -113,14 +113,6 @@ fn names_of_lines(lines: &str, kind: IoKind) -> Option<String> {
     });
     let names: Vec<&str> = names.collect();
     (!names.is_empty()).then(|| names.join(" "))
-}
-
-/// Get what the command SF would answer now
-///
-/// For the host on IP0, or on HOST if only that one is connected. Nothing is sent, and `su-request` stays as it is.
-#[utoipa::path(get, path = "/status-frame", responses((status = 200, description = "The fields of SF in the order of their bytes.", body = Vec<StatusField>)))]
-pub async fn get_status_frame(handle: Handle) -> Answer<Vec<StatusField>> {
-    handle.query(StatusField::all).await.map(Json)
 }
 
 #[cfg(test)]

@@ -106,6 +106,12 @@ pub struct TeachRequest {
 }
 
 impl VariableInfo {
+    /// All of the selected file.
+    pub fn all(view: &View<'_>) -> Vec<VariableInfo> {
+        let variables = view.controller.variables().into_iter();
+        variables.map(VariableInfo::new).collect()
+    }
+
     fn new(variable: VariableView) -> VariableInfo {
         VariableInfo {
             name: variable.name,
@@ -157,18 +163,6 @@ async fn set(handle: &Handle, name: String, body: SetValueRequest, position: boo
     handle.act(action, find()).await?.map(Json)
 }
 
-/// All of the selected file.
-pub fn all(view: &View<'_>) -> Vec<VariableInfo> {
-    let variables = view.controller.variables().into_iter();
-    variables.map(VariableInfo::new).collect()
-}
-
-/// List the variables of the selected file
-#[utoipa::path(get, path = "/variables", responses((status = 200, description = "GLOBAL and DATA variables, positions included.", body = Vec<VariableInfo>)))]
-pub async fn get_variables(handle: Handle) -> Answer<Vec<VariableInfo>> {
-    handle.query(all).await.map(Json)
-}
-
 /// Get a variable, or an element of an array
 #[utoipa::path(get, path = "/variables/{name}",
     params(("name" = String, Path, description = "Name; for an element of an array with its subscripts: `A(1,2)`")),
@@ -194,7 +188,7 @@ pub async fn put_variable(
 /// List the positions of the selected file
 #[utoipa::path(get, path = "/positions", responses((status = 200, description = "Positions in GLOBAL and DATA.", body = Vec<VariableInfo>)))]
 pub async fn get_positions(handle: Handle) -> Answer<Vec<VariableInfo>> {
-    let mut found = handle.query(all).await?;
+    let mut found = handle.query(VariableInfo::all).await?;
     found.retain(|document| document.kind == Some(Kind(ValueKind::Position)));
     Ok(Json(found))
 }

@@ -1,4 +1,4 @@
-//! The table of controls: one row for each switch and each button of the robot.
+//! The table of controls: one row for each switch and each button of the robot, and for each document that is read whole.
 //!
 //! A row says everything about its control once. Made from it are the action with its text form, its place over HTTP with the
 //! entry of the OpenAPI document, the command of `ts3100 ctl`, the method of the embedding API, the tool of assistants, the
@@ -27,6 +27,8 @@ use ts3100_proto::words::{UnexpectedWord, Word, one_of};
 ///
 /// A button: name, variant, HTTP path; then the same, with the group of the OpenAPI document that it is in, and with the document
 /// that answers it and what makes that document.
+///
+/// A query: name and HTTP path; then its group, and its document with what makes it and what is said about it.
 #[macro_export]
 macro_rules! controls {
     ($then:ident) => {
@@ -210,6 +212,99 @@ macro_rules! controls {
                     cannot: ("jog", "stop the jog"),
                 }
             }
+            queries {
+                /// Get the selected program and its status
+                get_program = "/program" {
+                    group: panel,
+                    answer: (ProgramStatus, ProgramStatus::new),
+                }
+                /// List the breakpoints
+                get_breakpoints = "/breakpoints" {
+                    group: breakpoints,
+                    answer: (Breakpoints, Breakpoints::new),
+                }
+                /// Get what the teach pendant shows
+                get_pendant = "/pendant" {
+                    group: pendant,
+                    answer: (PendantStatus, PendantStatus::new),
+                }
+                /// Get what a picture of the arm needs
+                get_arm = "/arm" {
+                    group: arm,
+                    answer: (ArmPicture, ArmPicture::new, "The arm with its model."),
+                }
+                /// Get the posture of the arm
+                ///
+                /// A part of GET /arm that costs little, for many readings a second.
+                get_pose = "/arm/pose" {
+                    group: arm,
+                    answer: (ArmPosture, ArmPosture::new),
+                }
+                /// List active alarms and the error history
+                get_alarms = "/alarms" {
+                    group: alarms,
+                    answer: (AlarmList, AlarmList::new),
+                }
+                /// List all inputs and outputs with their names
+                get_lines = "/lines" {
+                    group: lines,
+                    answer: (LineTable, LineTable::new),
+                }
+                /// List the inputs that are on or forced
+                get_inputs = "/inputs" {
+                    group: lines,
+                    answer: (LineList, LineList::inputs),
+                }
+                /// List the outputs that are on or forced
+                get_outputs = "/outputs" {
+                    group: lines,
+                    answer: (LineList, LineList::outputs),
+                }
+                /// List the variables of the selected file
+                get_variables = "/variables" {
+                    group: variables,
+                    answer: (Vec<VariableInfo>, VariableInfo::all, "GLOBAL and DATA variables, positions included."),
+                }
+                /// List the files on the RAM drive
+                get_files = "/files" {
+                    group: files,
+                    answer: (DriveStatus, DriveStatus::new),
+                }
+                /// List the communication ports
+                get_channels = "/channels" {
+                    group: channels,
+                    answer: (Vec<ChannelStatus>, ChannelStatus::all, "All six ports."),
+                }
+                /// Get what the command SF would answer now
+                ///
+                /// For the host on IP0, or on HOST if only that one is connected. Nothing is sent, and `su-request` stays as it is.
+                get_status_frame = "/status-frame" {
+                    group: state,
+                    answer: (Vec<StatusField>, StatusField::all, "The fields of SF in the order of their bytes."),
+                }
+                /// Get the parameters in effect
+                ///
+                /// To change them, write the files USER.PAR and ETHERNET.PAR, then cycle the power.
+                get_parameters = "/parameters" {
+                    group: parameters,
+                    answer: (Parameters, Parameters::new),
+                }
+                /// Get the clock
+                get_clock = "/clock" {
+                    group: clock,
+                    answer: (ClockStatus, ClockStatus::new),
+                }
+                /// Get the power state
+                get_power = "/power" {
+                    group: power,
+                    answer: (PowerStatus, PowerStatus::new),
+                }
+                /// List the faults and their outcome
+                get_faults = "/faults" {
+                    group: faults,
+                    answer: (FaultList, FaultList::new),
+                }
+            }
         }
     };
 }
@@ -245,6 +340,17 @@ pub struct Button {
     /// Whether it has no effect while the power is off.
     pub needs_power: bool,
     /// What it does: a summary, an empty line, and more.
+    pub doc: &'static [&'static str],
+}
+
+/// A query, as data.
+#[derive(Debug)]
+pub struct Query {
+    /// The name of its operation.
+    pub operation: &'static str,
+    /// The HTTP path: its words after slashes.
+    pub path: &'static str,
+    /// What it shows: a summary, an empty line, and more.
     pub doc: &'static [&'static str],
 }
 
@@ -388,6 +494,10 @@ macro_rules! panel_actions {
                 cannot: ($press_place:literal, $press_cannot:literal),
             }
         )* }
+        queries { $(
+            $(#[doc = $query_doc:literal])*
+            $query:ident = $query_path:literal { $($more:tt)* }
+        )* }
     ) => {
         /// Something done at the controller itself.
         #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
@@ -434,6 +544,13 @@ macro_rules! panel_actions {
             form: $press_form,
             needs_power: $press_needs_power,
             doc: &[$($press_doc),*],
+        } ),*];
+
+        /// The queries.
+        pub const QUERIES: &[Query] = &[$( Query {
+            operation: stringify!($query),
+            path: $query_path,
+            doc: &[$($query_doc),*],
         } ),*];
 
         impl PanelAction {

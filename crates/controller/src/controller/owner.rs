@@ -213,6 +213,7 @@ macro_rules! operate {
                 $($press_more:tt)*
             }
         )* }
+        queries $queries:tt
     ) => {
         /// Carries out the action of a row of the table of controls.
         fn operate(robot: &mut Robot, action: &PanelAction) -> Result<(), OperateError> {

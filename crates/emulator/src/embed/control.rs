@@ -234,6 +234,7 @@ macro_rules! methods_of_controls {
             $(#[$press_doc:meta])*
             $press_name:ident: $press:ident = $press_path:literal { $($press_more:tt)* }
         )* }
+        queries $queries:tt
     ) => {
         /// Switches and buttons: the table of controls.
         impl Emulator {
