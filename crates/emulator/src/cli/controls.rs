@@ -9,7 +9,7 @@ use clap::{Arg, ArgMatches, Command, Error, FromArgMatches, Subcommand};
 use serde_json::{Value, json};
 use std::fmt;
 use std::marker::PhantomData;
-use ts3100_controller::controls::{BUTTONS, Button, SWITCHES, Switch, ValueType, number_in};
+use ts3100_controller::controls::{BUTTONS, Button, QUERIES, Query, SWITCHES, Switch, ValueType, number_in};
 use ts3100_proto::words::UnexpectedWord;
 
 /// The argument of a switch.
@@ -71,7 +71,11 @@ impl FromArgMatches for SwitchCommand {
 impl Subcommand for SwitchCommand {
     fn augment_subcommands(command: Command) -> Command {
         SWITCHES.iter().fold(command, |command, switch| {
-            let word = Arg::new(WORD).value_name(switch.field.to_ascii_uppercase());
+            let name = match switch.value {
+                ValueType::State => "STATE".to_owned(),
+                ValueType::Choice | ValueType::Number(_) => switch.field.to_ascii_uppercase(),
+            };
+            let word = Arg::new(WORD).value_name(name);
             let word = match &switch.value {
                 ValueType::State | ValueType::Choice => {
                     let words: Vec<&str> = switch.all_words().collect();
@@ -96,6 +100,65 @@ impl Subcommand for SwitchCommand {
 
     fn has_subcommand(name: &str) -> bool {
         SWITCHES.iter().any(|switch| switch.name() == name)
+    }
+}
+
+/// A document that is shown, of which no other command has the name.
+#[derive(Debug)]
+pub struct QueryCommand(pub &'static Query);
+
+/// The query whose path these words are.
+fn query(words: &[&str]) -> Option<&'static Query> {
+    let has_these = |query: &&Query| query.path.split('/').skip(1).eq(words.iter().copied());
+    QUERIES.iter().find(has_these)
+}
+
+/// The first words of queries, each with the word after it.
+fn query_words() -> impl Iterator<Item = (&'static str, Option<&'static str>, &'static Query)> {
+    QUERIES.iter().filter_map(|query| {
+        let mut words = query.path.split('/').skip(1);
+        Some((words.next()?, words.next(), query))
+    })
+}
+
+impl FromArgMatches for QueryCommand {
+    fn from_arg_matches(matches: &ArgMatches) -> Result<QueryCommand, Error> {
+        let (first, below) = matches.subcommand().unwrap_or(("", matches));
+        let words: Vec<&str> = [first].into_iter().chain(below.subcommand_name()).collect();
+        query(&words)
+            .map(QueryCommand)
+            .ok_or_else(|| Error::new(ErrorKind::InvalidSubcommand))
+    }
+
+    fn update_from_arg_matches(&mut self, matches: &ArgMatches) -> Result<(), Error> {
+        *self = QueryCommand::from_arg_matches(matches)?;
+        Ok(())
+    }
+}
+
+impl Subcommand for QueryCommand {
+    fn augment_subcommands(command: Command) -> Command {
+        query_words().fold(command, |command, (first, below, query)| {
+            let described = |name| {
+                let about = summary(query.doc).replacen("Get ", "Show ", 1);
+                let more = help(query.doc.get(1..).unwrap_or_default());
+                Command::new(name).long_about(about.clone() + &more).about(about)
+            };
+            match below {
+                Some(below) => command.mut_subcommand(first, |command| command.subcommand(described(below))),
+                // The command with this name shows it without an argument.
+                None if command.find_subcommand(first).is_some() => command,
+                None => command.subcommand(described(first)),
+            }
+        })
+    }
+
+    fn augment_subcommands_for_update(command: Command) -> Command {
+        QueryCommand::augment_subcommands(command)
+    }
+
+    fn has_subcommand(name: &str) -> bool {
+        query_words().any(|(first, ..)| first == name)
     }
 }
 

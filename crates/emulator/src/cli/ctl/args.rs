@@ -3,7 +3,9 @@
 //! Each command becomes one HTTP call in [`super::call`].
 
 use super::target::TargetArgs;
-use crate::cli::controls::{AlarmButtons, ButtonCommand, JogButtons, ProgramButtons, SwitchCommand};
+use crate::cli::controls::{
+    AlarmButtons, ButtonCommand, JogButtons, ProgramButtons, QueryCommand, SwitchCommand,
+};
 use crate::config::args::{seconds, whole, word};
 use clap::{ArgAction, Args, Subcommand};
 use std::path::PathBuf;
@@ -73,10 +75,6 @@ pub enum Command {
         #[command(subcommand)]
         key: JogCommand,
     },
-    /// Show the arm: model, posture, coordinate systems, path
-    Arm,
-    /// Show the posture of the arm
-    Pose,
     /// Show the teach pendant, or type on it
     Pendant {
         #[command(subcommand)]
@@ -91,8 +89,6 @@ pub enum Command {
     Input(LineArgs),
     /// Show output lines, drive or force one, wait for one
     Output(LineArgs),
-    /// Show all lines with their names
-    Lines,
     /// List, show or set the variables of the selected file
     Variable {
         /// Name; an element of an array with its subscripts, A(1,2)
@@ -119,8 +115,6 @@ pub enum Command {
         #[command(subcommand)]
         action: Option<FileCommand>,
     },
-    /// Show what the command SF would answer now, in words
-    StatusFrame,
     /// Split a text of the protocol into its fields
     Decode(DecodeArgs),
     /// Show the communication ports; inject bytes, close a connection
@@ -130,8 +124,6 @@ pub enum Command {
         #[command(subcommand)]
         action: Option<ChannelCommand>,
     },
-    /// Show the parameters in effect
-    Parameters,
     /// Show the clock, set how time passes, or advance it
     Clock {
         #[command(subcommand)]
@@ -175,6 +167,9 @@ pub enum Command {
     Health,
     /// Show the version of the emulator
     Version,
+    // After the commands with arguments, whose names it leaves to them.
+    #[command(flatten)]
+    Query(QueryCommand),
     /// Make any call of the OpenAPI document
     Call {
         /// Method

@@ -8,7 +8,7 @@ use super::args::{
     JogCommand, LineArgs, LineCommand, METHODS, PendantCommand, ProgramCommand, SnapshotCommand, WaitArgs,
     WaitLimits,
 };
-use crate::cli::controls::{self, ButtonCommand, SwitchCommand};
+use crate::cli::controls::{self, ButtonCommand, QueryCommand, SwitchCommand};
 use crate::cli::input;
 use anyhow::{Context as _, anyhow};
 use serde_json::{Value, json};
@@ -175,12 +175,11 @@ impl Call {
             Command::Robots => get("/robots"),
             Command::Wire { outside, state } => wire(outside.as_deref(), state.unwrap_or_default()),
             Command::Switch(command) => switch(command)?,
+            Command::Query(QueryCommand(query)) => get(query.path),
             Command::Program { action: None } => get("/program"),
             Command::Program { action: Some(action) } => program(action),
             Command::Breakpoints { lines, none } => breakpoints(lines, *none),
             Command::Jog { key } => jog(key),
-            Command::Arm => get("/arm"),
-            Command::Pose => get("/arm/pose"),
             Command::Pendant { action: None } => get("/pendant"),
             Command::Pendant {
                 action: Some(PendantCommand::Keys { text }),
@@ -195,10 +194,7 @@ impl Call {
             Command::Position { name, value, restore } => position(name.as_deref(), value, *restore)?,
             Command::File { action } => file(action.as_ref())?,
             Command::Channel { port, action } => channel(port.as_deref(), action.as_ref())?,
-            Command::Lines => get("/lines"),
-            Command::StatusFrame => get("/status-frame"),
             Command::Decode(text) => decode(text),
-            Command::Parameters => get("/parameters"),
             Command::Clock { action } => clock(action.as_ref())?,
             Command::Wait(until) => post("/wait", until_body(until)?),
             Command::Power { action } => button("/power", action.as_ref()),
