@@ -169,10 +169,10 @@ fn no_help_no_completion_and_no_document_has_an_old_name() {
         &["exec"],
         &["diff"],
         &["ctl"],
-        &["ctl", "position"],
-        &["ctl", "file"],
+        &["ctl", "positions"],
+        &["ctl", "files"],
         &["ctl", "wait"],
-        &["ctl", "input", "5"],
+        &["ctl", "inputs", "5"],
     ];
     for command in commands {
         let words = [command, &["--help"]].concat();

@@ -42,7 +42,7 @@ fn load(name: &str) -> Controller {
     Controller::restore(snapshot).unwrap_or_else(|error| panic!("{name}: {error}"))
 }
 
-/// The form in which `ctl snapshot show` and `--snapshot-on-exit` write.
+/// The form in which `ctl snapshots show` and `--snapshot-on-exit` write.
 fn written_again(controller: &Controller) -> String {
     serde_json::to_string_pretty(&controller.snapshot()).unwrap() + "\n"
 }

@@ -49,6 +49,7 @@ macro_rules! calls_of_controls {
         queries { $(
             $(#[$query_doc:meta])*
             $query:ident = $query_path:literal {
+                has_more: $has_more:literal,
                 group: $query_group:ident,
                 answer: ($read:ty, $read_by:path $(, $about:literal)?),
             }

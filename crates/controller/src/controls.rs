@@ -28,7 +28,7 @@ use ts3100_proto::words::{UnexpectedWord, Word, one_of};
 /// A button: name, variant, HTTP path; then the same, with the group of the OpenAPI document that it is in, and with the document
 /// that answers it and what makes that document.
 ///
-/// A query: name and HTTP path; then its group, and its document with what makes it and what is said about it.
+/// A query: name and HTTP path; then whether there is more below its name, so that `ctl` has a command of its own for it; its group, and its document with what makes it and what is said about it.
 #[macro_export]
 macro_rules! controls {
     ($then:ident) => {
@@ -215,21 +215,25 @@ macro_rules! controls {
             queries {
                 /// Get the selected program and its status
                 get_program = "/program" {
+                    has_more: true,
                     group: panel,
                     answer: (ProgramStatus, ProgramStatus::new),
                 }
                 /// List the breakpoints
                 get_breakpoints = "/breakpoints" {
+                    has_more: true,
                     group: breakpoints,
                     answer: (Breakpoints, Breakpoints::new),
                 }
                 /// Get what the teach pendant shows
                 get_pendant = "/pendant" {
+                    has_more: true,
                     group: pendant,
                     answer: (PendantStatus, PendantStatus::new),
                 }
                 /// Get what a picture of the arm needs
                 get_arm = "/arm" {
+                    has_more: false,
                     group: arm,
                     answer: (ArmPicture, ArmPicture::new, "The arm with its model."),
                 }
@@ -237,41 +241,49 @@ macro_rules! controls {
                 ///
                 /// A part of GET /arm that costs little, for many readings a second.
                 get_pose = "/arm/pose" {
+                    has_more: false,
                     group: arm,
                     answer: (ArmPosture, ArmPosture::new),
                 }
                 /// List active alarms and the error history
                 get_alarms = "/alarms" {
+                    has_more: true,
                     group: alarms,
                     answer: (AlarmList, AlarmList::new),
                 }
                 /// List all inputs and outputs with their names
                 get_lines = "/lines" {
+                    has_more: false,
                     group: lines,
                     answer: (LineTable, LineTable::new),
                 }
                 /// List the inputs that are on or forced
                 get_inputs = "/inputs" {
+                    has_more: true,
                     group: lines,
                     answer: (LineList, LineList::inputs),
                 }
                 /// List the outputs that are on or forced
                 get_outputs = "/outputs" {
+                    has_more: true,
                     group: lines,
                     answer: (LineList, LineList::outputs),
                 }
                 /// List the variables of the selected file
                 get_variables = "/variables" {
+                    has_more: true,
                     group: variables,
                     answer: (Vec<VariableInfo>, VariableInfo::all, "GLOBAL and DATA variables, positions included."),
                 }
                 /// List the files on the RAM drive
                 get_files = "/files" {
+                    has_more: true,
                     group: files,
                     answer: (DriveStatus, DriveStatus::new),
                 }
                 /// List the communication ports
                 get_channels = "/channels" {
+                    has_more: true,
                     group: channels,
                     answer: (Vec<ChannelStatus>, ChannelStatus::all, "All six ports."),
                 }
@@ -279,6 +291,7 @@ macro_rules! controls {
                 ///
                 /// For the host on IP0, or on HOST if only that one is connected. Nothing is sent, and `su-request` stays as it is.
                 get_status_frame = "/status-frame" {
+                    has_more: false,
                     group: state,
                     answer: (Vec<StatusField>, StatusField::all, "The fields of SF in the order of their bytes."),
                 }
@@ -286,21 +299,25 @@ macro_rules! controls {
                 ///
                 /// To change them, write the files USER.PAR and ETHERNET.PAR, then cycle the power.
                 get_parameters = "/parameters" {
+                    has_more: false,
                     group: parameters,
                     answer: (Parameters, Parameters::new),
                 }
                 /// Get the clock
                 get_clock = "/clock" {
+                    has_more: true,
                     group: clock,
                     answer: (ClockStatus, ClockStatus::new),
                 }
                 /// Get the power state
                 get_power = "/power" {
+                    has_more: true,
                     group: power,
                     answer: (PowerStatus, PowerStatus::new),
                 }
                 /// List the faults and their outcome
                 get_faults = "/faults" {
+                    has_more: true,
                     group: faults,
                     answer: (FaultList, FaultList::new),
                 }
@@ -350,6 +367,8 @@ pub struct Query {
     pub operation: &'static str,
     /// The HTTP path: its words after slashes.
     pub path: &'static str,
+    /// Whether there is more below its name: elements, or something to do.
+    pub has_more: bool,
     /// What it shows: a summary, an empty line, and more.
     pub doc: &'static [&'static str],
 }
@@ -496,7 +515,7 @@ macro_rules! panel_actions {
         )* }
         queries { $(
             $(#[doc = $query_doc:literal])*
-            $query:ident = $query_path:literal { $($more:tt)* }
+            $query:ident = $query_path:literal { has_more: $has_more:literal, $($more:tt)* }
         )* }
     ) => {
         /// Something done at the controller itself.
@@ -550,6 +569,7 @@ macro_rules! panel_actions {
         pub const QUERIES: &[Query] = &[$( Query {
             operation: stringify!($query),
             path: $query_path,
+            has_more: $has_more,
             doc: &[$($query_doc),*],
         } ),*];
 

@@ -32,17 +32,20 @@ fn a_snapshot_and_a_transcript_become_files() {
     let directory = TempDir::new("binary");
     let path = |name: &str| directory.path().join(name).to_str().unwrap().to_owned();
     answer(&serve, &["battery", "low"]);
-    let shown = ctl(&serve, &["snapshot", "show"]);
+    let shown = ctl(&serve, &["snapshots", "show"]);
     let file = directory.file("low.json", stdout(&shown));
-    answer(&serve, &["snapshot", "take", "low"]);
-    assert_eq!(stdout(&ctl(&serve, &["snapshot", "show", "low"])), stdout(&shown));
+    answer(&serve, &["snapshots", "take", "low"]);
+    assert_eq!(
+        stdout(&ctl(&serve, &["snapshots", "show", "low"])),
+        stdout(&shown)
+    );
     answer(&serve, &["battery", "ok"]);
-    answer(&serve, &["snapshot", "load", &file]);
+    answer(&serve, &["snapshots", "load", &file]);
     assert_eq!(answer(&serve, &["battery"]), json!({"low": true}));
     let other = Serve::start(&["--restore", &file]);
     assert_eq!(answer(&other, &["battery"]), json!({"low": true}));
-    assert_eq!(code(&serve, &["snapshot", "load", &path("none.json")]), Some(2));
-    assert_eq!(code(&serve, &["snapshot", "show", "none"]), Some(1));
+    assert_eq!(code(&serve, &["snapshots", "load", &path("none.json")]), Some(2));
+    assert_eq!(code(&serve, &["snapshots", "show", "none"]), Some(1));
 
     let text = stdout(&ctl(&serve, &["transcript"]));
     assert!(text.contains("! battery low\n"), "{text}");
@@ -104,24 +107,24 @@ fn every_resource_has_its_words() {
         "GLOBAL\nN = 1\nEND\nPROGRAM CELL\nDELAY 5\nDOUT(3)\nPRINT COM1, \"DONE\", CR\nEND\nDATA\n\
          POINT P1 = 300,0,400,0,0,0,0,0\nEND\n",
     );
-    answer(&serve, &["file", "put", "CELL", &program]);
-    assert_eq!(answer(&serve, &["file", "select", "CELL"])["file"], "CELL");
-    assert_eq!(answer(&serve, &["variable", "N", "-7"])["value"], json!([-7]));
-    assert_eq!(answer(&serve, &["variable", "N"])["value"], json!([-7]));
-    answer(&serve, &["position", "P1", "teach", "--restore"]);
+    answer(&serve, &["files", "put", "CELL", &program]);
+    assert_eq!(answer(&serve, &["files", "select", "CELL"])["file"], "CELL");
+    assert_eq!(answer(&serve, &["variables", "N", "-7"])["value"], json!([-7]));
+    assert_eq!(answer(&serve, &["variables", "N"])["value"], json!([-7]));
+    answer(&serve, &["positions", "P1", "teach", "--restore"]);
     assert_eq!(
         answer(
             &serve,
-            &["position", "P1", "1", "2", "3", "0", "0", "0", "0", "0", "0"]
+            &["positions", "P1", "1", "2", "3", "0", "0", "0", "0", "0", "0"]
         )["value"][1],
         2.0
     );
     assert_eq!(
-        answer(&serve, &["file", "check", "CELL"])[0]["severity"],
+        answer(&serve, &["files", "check", "CELL"])[0]["severity"],
         "warning"
     );
-    answer(&serve, &["input", "9", "on"]);
-    assert_eq!(answer(&serve, &["input"])["on"], json!([9]));
+    answer(&serve, &["inputs", "9", "on"]);
+    assert_eq!(answer(&serve, &["inputs"])["on"], json!([9]));
     assert_eq!(answer(&serve, &["lines"])["inputs"][8]["on"], true);
     assert_eq!(answer(&serve, &["status-frame"])[0]["name"], "servo power");
     assert_eq!(answer(&serve, &["coverage"])["reached"], 0);
@@ -129,10 +132,10 @@ fn every_resource_has_its_words() {
     assert_eq!(fields["fields"][1]["key"], "command");
     let fields = answer(&serve, &["decode", "controller", "4e470d03", "--command", "SF"]);
     assert_eq!(fields["fields"][0]["key"], "reply");
-    answer(&serve, &["input", "9", "force", "off"]);
-    assert_eq!(answer(&serve, &["input", "9", "release"])["on"], true);
-    answer(&serve, &["output", "9", "pulse", "on", "0.5", "s"]);
-    answer(&serve, &["output", "9", "pulse", "on", "500ms"]);
+    answer(&serve, &["inputs", "9", "force", "off"]);
+    assert_eq!(answer(&serve, &["inputs", "9", "release"])["on"], true);
+    answer(&serve, &["outputs", "9", "pulse", "on", "0.5", "s"]);
+    answer(&serve, &["outputs", "9", "pulse", "on", "500ms"]);
     answer(&serve, &["servo", "on"]);
     assert_eq!(answer(&serve, &["program", "start"])["status"], "running");
     let reached = answer(
@@ -148,11 +151,11 @@ fn every_resource_has_its_words() {
         true
     );
     assert_eq!(
-        answer(&serve, &["input", "9", "wait", "on", "--within", "1"])["reached"],
+        answer(&serve, &["inputs", "9", "wait", "on", "--within", "1"])["reached"],
         true
     );
-    answer(&serve, &["channel", "ip1", "inject", r"1,2\r"]);
-    assert_eq!(answer(&serve, &["channel", "ip1"])["buffer"], "1,2<CR>");
+    answer(&serve, &["channels", "ip1", "inject", r"1,2\r"]);
+    assert_eq!(answer(&serve, &["channels", "ip1"])["buffer"], "1,2<CR>");
     answer(&serve, &["pendant", "keys", r"5\r"]);
     assert_eq!(answer(&serve, &["parameters"])["host"]["speed"], 9600);
     assert_eq!(answer(&serve, &["power", "cycle"])["on"], true);
@@ -180,10 +183,10 @@ fn the_exit_code_says_how_it_ended() {
     for words in [
         vec!["servo", "sideways"],
         vec!["wait", "moon"],
-        vec!["variable", "N", "one"],
+        vec!["variables", "N", "one"],
         vec!["call", "GET", "state"],
-        vec!["position", "P1", "teach", "1"],
-        vec!["file", "put", "A", "/does/not/exist"],
+        vec!["positions", "P1", "teach", "1"],
+        vec!["files", "put", "A", "/does/not/exist"],
         vec!["nothing"],
     ] {
         assert_eq!(code(&serve, &words), Some(2), "{words:?}");
@@ -217,7 +220,7 @@ fn people_get_names_and_values_and_files_as_they_are() {
     let program = directory.file("p.scol", "PROGRAM P\nEND\n\x1a");
     let serve = Serve::start(&[]);
     let shown = |words: &[&str]| stdout(&ctl(&serve, words));
-    assert_eq!(shown(&["file", "put", "P", &program]), "stored P: 14 bytes\n");
+    assert_eq!(shown(&["files", "put", "P", &program]), "stored P: 14 bytes\n");
     assert_eq!(shown(&["findings"]), "none\n");
     assert_eq!(
         shown(&["faults", "arm", "late-reply:delay=1.5 s"]),
@@ -231,11 +234,11 @@ fn people_get_names_and_values_and_files_as_they_are() {
         "q.scol",
         "PROGRAM Q\nEND\nDATA\nPOINT P1 = 300,0,400,0,0,0,0,0/11111\nEND\n",
     );
-    ctl(&serve, &["file", "put", "Q", &program]);
-    ctl(&serve, &["file", "select", "Q"]);
-    let position = shown(&["position", "P1"]);
+    ctl(&serve, &["files", "put", "Q", &program]);
+    ctl(&serve, &["files", "select", "Q"]);
+    let position = shown(&["positions", "P1"]);
     assert!(position.ends_with(" 0.000 11111\n"), "{position}");
-    assert_eq!(stdout(&ctl(&serve, &["file", "get", "P"])), "PROGRAM P\nEND\n");
+    assert_eq!(stdout(&ctl(&serve, &["files", "get", "P"])), "PROGRAM P\nEND\n");
     assert_eq!(stdout(&ctl(&serve, &["servo", "on"])), "on: true\n");
     assert!(stdout(&ctl(&serve, &["metrics"])).contains("ts3100_servo 1\n"));
     let events = stdout(&ctl(&serve, &["events", "--since", "1", "--count", "2"]));
@@ -445,11 +448,11 @@ fn the_scenario_that_is_played_can_be_watched() {
 #[test]
 fn a_port_is_named_in_either_case() {
     let serve = Serve::start(&["--time", "stepped"]);
-    let shown = answer(&serve, &["channel", "IP1"]);
-    assert_eq!(shown, answer(&serve, &["channel", "ip1"]));
-    assert_eq!(code(&serve, &["channel", "IP1", "inject", r"4\r"]), Some(0));
-    assert_eq!(code(&serve, &["channel", "Host"]), Some(0));
-    assert_eq!(code(&serve, &["channel", "IP4"]), Some(2));
+    let shown = answer(&serve, &["channels", "IP1"]);
+    assert_eq!(shown, answer(&serve, &["channels", "ip1"]));
+    assert_eq!(code(&serve, &["channels", "IP1", "inject", r"4\r"]), Some(0));
+    assert_eq!(code(&serve, &["channels", "Host"]), Some(0));
+    assert_eq!(code(&serve, &["channels", "IP4"]), Some(2));
 }
 
 /// A server that answers with this head and then with these bytes without an end.

@@ -130,18 +130,18 @@ fn the_cell_is_saved_and_restored_as_a_whole() {
             .unwrap()
     };
     answer(&serve, &["--robot", "robot-2", "battery", "low"]);
-    answer(&serve, &["snapshot", "take", "a"]);
-    let file = directory.file("cell.json", stdout(&ctl(&serve, &["snapshot", "show"])));
+    answer(&serve, &["snapshots", "take", "a"]);
+    let file = directory.file("cell.json", stdout(&ctl(&serve, &["snapshots", "show"])));
     answer(&serve, &["--robot", "robot-2", "battery", "ok"]);
     answer(&serve, &["--robot", "robot-1", "battery", "low"]);
-    answer(&serve, &["snapshot", "restore", "a"]);
+    answer(&serve, &["snapshots", "restore", "a"]);
     assert_eq!((low(&serve, "robot-1"), low(&serve, "robot-2")), (false, true));
     answer(&serve, &["--robot", "robot-2", "battery", "ok"]);
-    answer(&serve, &["snapshot", "load", &file]);
+    answer(&serve, &["snapshots", "load", &file]);
     assert!(low(&serve, "robot-2"));
     // A name that one of them does not have changes none.
-    answer(&serve, &["--robot", "robot-1", "snapshot", "take", "one"]);
-    expect_code(&ctl(&serve, &["snapshot", "restore", "one"]), 1);
+    answer(&serve, &["--robot", "robot-1", "snapshots", "take", "one"]);
+    expect_code(&ctl(&serve, &["snapshots", "restore", "one"]), 1);
     expect_code(&serve.signal("TERM"), 0);
 
     for file in [file, last] {
@@ -181,7 +181,7 @@ fn a_snapshot_of_several_robots_is_of_one_moment() {
             one - other
         };
         let distances: Vec<_> = (0..10)
-            .map(|_| distance(answer(&serve, &["snapshot", "show"])))
+            .map(|_| distance(answer(&serve, &["snapshots", "show"])))
             .collect();
         // Times are rounded down to a microsecond.
         let spread = distances.iter().max().unwrap() - distances.iter().min().unwrap();
@@ -198,14 +198,14 @@ fn a_call_about_the_snapshots_of_all_robots_that_one_refuses_changes_none() {
         let (found, text) = client.call(method, "/snapshots/one", None).unwrap();
         assert_eq!(found, status, "{text}");
     };
-    let kept = || answer(&serve, &["--robot", "robot-1", "snapshot"])["snapshots"].clone();
+    let kept = || answer(&serve, &["--robot", "robot-1", "snapshots"])["snapshots"].clone();
     for number in 0..64 {
         let path = format!("/robots/robot-2/snapshots/n{number}");
         assert_eq!(client.call("PUT", &path, None).unwrap().0, 200);
     }
     refused("PUT", 409);
     assert_eq!(kept(), json!([]), "robot-2 has as many as it can");
-    answer(&serve, &["--robot", "robot-1", "snapshot", "take", "one"]);
+    answer(&serve, &["--robot", "robot-1", "snapshots", "take", "one"]);
     refused("DELETE", 404);
     assert_eq!(kept()[0]["name"], "one", "robot-2 does not have it");
 }
@@ -284,7 +284,7 @@ fn wired_robots_shake_hands_in_virtual_time_the_same_way_each_time() {
         let now = answer(&serve, &["--robot", "picker", "clock"])["now"].as_f64();
         assert_eq!(now, Some(10.0));
         let printed = answer(&serve, &["--robot", "feeder", "pendant"])["text"].clone();
-        let state = answer(&serve, &["snapshot", "show"]);
+        let state = answer(&serve, &["snapshots", "show"]);
         expect_code(&serve.signal("TERM"), 0);
         let transcript = std::fs::read(directory.path().join("feeder.txt")).unwrap();
         (printed, transcript, state)
@@ -312,39 +312,39 @@ fn lines_from_and_to_the_outside_are_set_and_read() {
     let directory = TempDir::new("fleet");
     let serve = cell(&directory, "stepped");
     let level = |wires: &Value, index: usize| wires["wires"][index]["on"].as_bool().unwrap();
-    assert!(!level(&answer(&serve, &["wire"]), 2));
-    assert!(level(&answer(&serve, &["wire", "fence", "on"]), 2));
+    assert!(!level(&answer(&serve, &["wires"]), 2));
+    assert!(level(&answer(&serve, &["wires", "fence", "on"]), 2));
     let input = |line| {
-        answer(&serve, &["--robot", "feeder", "input", line])["on"]
+        answer(&serve, &["--robot", "feeder", "inputs", line])["on"]
             .as_bool()
             .unwrap()
     };
     assert!(input("10"));
-    answer(&serve, &["--robot", "picker", "output", "2", "on"]);
-    let wires = answer(&serve, &["wire"]);
+    answer(&serve, &["--robot", "picker", "outputs", "2", "on"]);
+    let wires = answer(&serve, &["wires"]);
     assert!(level(&wires, 1) && level(&wires, 3) && input("3"));
     assert_eq!(
         wires["wires"][3],
         json!({"from": "picker.dout.2", "to": "outside.taken", "on": true})
     );
     // The wire holds its input; a forced one is cut off from it.
-    answer(&serve, &["--robot", "feeder", "input", "3", "off"]);
+    answer(&serve, &["--robot", "feeder", "inputs", "3", "off"]);
     assert!(input("3"));
-    answer(&serve, &["--robot", "feeder", "input", "3", "force", "off"]);
+    answer(&serve, &["--robot", "feeder", "inputs", "3", "force", "off"]);
     assert!(!input("3"));
-    answer(&serve, &["--robot", "feeder", "input", "3", "release"]);
+    answer(&serve, &["--robot", "feeder", "inputs", "3", "release"]);
     assert!(input("3"));
     // Without power an output is off.
     answer(&serve, &["--robot", "picker", "power", "off"]);
     assert!(!input("3"));
     // The state of one robot alone is put back; its inputs are those of the wires all the same.
-    answer(&serve, &["--robot", "feeder", "snapshot", "take", "before"]);
-    answer(&serve, &["wire", "fence", "off"]);
-    answer(&serve, &["--robot", "feeder", "snapshot", "restore", "before"]);
+    answer(&serve, &["--robot", "feeder", "snapshots", "take", "before"]);
+    answer(&serve, &["wires", "fence", "off"]);
+    answer(&serve, &["--robot", "feeder", "snapshots", "restore", "before"]);
     assert!(!input("10"));
     answer(&serve, &["--robot", "feeder", "reset"]);
     assert!(!input("10") && !input("3"));
-    expect_code(&ctl(&serve, &["wire", "taken", "on"]), 1);
+    expect_code(&ctl(&serve, &["wires", "taken", "on"]), 1);
 }
 
 /// `serve` with these words does not start, and says why.

@@ -478,17 +478,17 @@ fn a_command_line_that_is_not_understood_says_what_to_type() {
             "unknown command `us`; did you mean `su`?\n\nFor more information, try 'ts3100 host --help'.\n",
         ),
         (
-            &["ctl", "input", "5", "forc"],
-            "unknown command `forc`; did you mean `force`?\n\nFor more information, try 'ts3100 ctl input --help'.\n",
+            &["ctl", "inputs", "5", "forc"],
+            "unknown command `forc`; did you mean `force`?\n\nFor more information, try 'ts3100 ctl inputs --help'.\n",
         ),
         (&["ctl", "stae"], "unknown command `stae`; did you mean `state`?"),
         (&["srve"], "unknown command `srve`; did you mean `serve`?"),
         (
-            &["ctl", "input", "5", "sideways"],
-            "unknown command `sideways`\n\nCommands of `ts3100 ctl input`: on off pulse ",
+            &["ctl", "inputs", "5", "sideways"],
+            "unknown command `sideways`\n\nCommands of `ts3100 ctl inputs`: on off pulse ",
         ),
         (
-            &["ctl", "input", "5", "1"],
+            &["ctl", "inputs", "5", "1"],
             "unknown command `1`; did you mean `on`?",
         ),
         (
@@ -496,7 +496,7 @@ fn a_command_line_that_is_not_understood_says_what_to_type() {
             "unknown command `estop`; did you mean `emergency-stop`?",
         ),
         (
-            &["ctl", "snapshot", "save", "a"],
+            &["ctl", "snapshots", "save", "a"],
             "unknown command `save`; did you mean `take`?",
         ),
         (
@@ -518,8 +518,8 @@ fn a_command_line_that_is_not_understood_says_what_to_type() {
         ),
         (&["serve", "--time", "10x"], "found `10x`; did you mean `x10`?"),
         (
-            &["ctl", "output", "5", "force"],
-            "Usage: ts3100 ctl output <LINE> force <STATE>",
+            &["ctl", "outputs", "5", "force"],
+            "Usage: ts3100 ctl outputs <LINE> force <STATE>",
         ),
         (
             &["ctl", "override", "150"],
@@ -589,7 +589,7 @@ fn a_file_has_one_limit_whichever_way_it_takes_to_the_drive() {
     let control = serve.control.clone().unwrap();
     expect_code(&serve.host(&["dl", &most]), 0);
     expect_code(
-        &run(&["ctl", "--url", &control, "file", "put", "MOST2", &most]),
+        &run(&["ctl", "--url", &control, "files", "put", "MOST2", &most]),
         0,
     );
     for file in [&big, &huge] {
@@ -598,7 +598,7 @@ fn a_file_has_one_limit_whichever_way_it_takes_to_the_drive() {
             &["serve", "--ports", "auto", "--load", file][..],
             // Refused before it is sent, or anybody is called at all.
             &["host", "127.0.0.1:1", "dl", file],
-            &["ctl", "--url", &control, "file", "put", "BIG", file],
+            &["ctl", "--url", &control, "files", "put", "BIG", file],
             &["check", &huge],
             &["fmt", &huge],
             &["run", &huge],
@@ -643,7 +643,7 @@ fn a_duration_has_one_form_on_the_whole_command_line() {
         &["ctl", "clock", "advance", "5x"][..],
         &["ctl", "clock", "advance", "1", "--wall", "5x"],
         &["ctl", "wait", "idle", "--within", "5x"],
-        &["ctl", "input", "5", "pulse", "on", "5x"],
+        &["ctl", "inputs", "5", "pulse", "on", "5x"],
         &["ctl", "state", "--timeout", "5x"],
         &["host", "127.0.0.1:1", "su", "--timeout", "5x"],
         &["host", "127.0.0.1:1", "rn", "--wait=5x"],

@@ -365,7 +365,7 @@ def inputs(binary):
                 told(binary, [*serve, option, path], path)
             for words in (["check", path], ["fmt", path], ["run", path], ["diff", path],
                           ["coverage", "merge", path], ["check", "--points", path, path],
-                          ["ctl", "--url", "http://127.0.0.1:9", "file", "put", "A", path],
+                          ["ctl", "--url", "http://127.0.0.1:9", "files", "put", "A", path],
                           ["run", "--input", "ip1=" + path, path]):
                 told(binary, words, path)
             count += 15

@@ -103,7 +103,7 @@ impl Subcommand for SwitchCommand {
     }
 }
 
-/// A document that is shown, of which no other command has the name.
+/// A document that is shown. Where there is more below its name, another command shows it.
 #[derive(Debug)]
 pub struct QueryCommand(pub &'static Query);
 
@@ -113,9 +113,10 @@ fn query(words: &[&str]) -> Option<&'static Query> {
     QUERIES.iter().find(has_these)
 }
 
-/// The first words of queries, each with the word after it.
+/// The first words of these queries, each with the word after it.
 fn query_words() -> impl Iterator<Item = (&'static str, Option<&'static str>, &'static Query)> {
-    QUERIES.iter().filter_map(|query| {
+    let alone = QUERIES.iter().filter(|query| !query.has_more);
+    alone.filter_map(|query| {
         let mut words = query.path.split('/').skip(1);
         Some((words.next()?, words.next(), query))
     })
@@ -146,8 +147,6 @@ impl Subcommand for QueryCommand {
             };
             match below {
                 Some(below) => command.mut_subcommand(first, |command| command.subcommand(described(below))),
-                // The command with this name shows it without an argument.
-                None if command.find_subcommand(first).is_some() => command,
                 None => command.subcommand(described(first)),
             }
         })

@@ -62,19 +62,19 @@ fn perform(client: &Client, call: &Call, args: &CtlArgs) -> Result<u8, ClientErr
         (
             _,
             Command::Transcript { .. }
-            | Command::Snapshot {
+            | Command::Snapshots {
                 action: Some(SnapshotCommand::Show { .. }),
             },
         ) => text,
         (
             Some(answer),
-            Command::File {
+            Command::Files {
                 action: Some(FileCommand::Get { .. }),
             },
         ) if !args.json => show::file_text(answer),
         (
             Some(answer),
-            Command::File {
+            Command::Files {
                 action: Some(FileCommand::Put { .. }),
             },
         ) if !args.json => escape_lines(&show::stored_file(answer)),

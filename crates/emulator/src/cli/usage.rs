@@ -24,18 +24,18 @@ const HINTS: [(&str, &str, &str); 13] = [
     ),
     ("ctl", "estop", "; did you mean `emergency-stop`?"),
     ("ctl", "e-stop", "; did you mean `emergency-stop`?"),
-    ("snapshot", "save", "; did you mean `take`?"),
-    ("input", "1", "; did you mean `on`?"),
-    ("input", "0", "; did you mean `off`?"),
-    ("output", "1", "; did you mean `on`?"),
-    ("output", "0", "; did you mean `off`?"),
+    ("snapshots", "save", "; did you mean `take`?"),
+    ("inputs", "1", "; did you mean `on`?"),
+    ("inputs", "0", "; did you mean `off`?"),
+    ("outputs", "1", "; did you mean `on`?"),
+    ("outputs", "0", "; did you mean `off`?"),
 ];
 
 /// The commands of `ctl` whose own commands follow an argument that may be left out.
-const BELOW_ARGUMENT: [&str; 3] = ["input", "output", "channel"];
+const BELOW_ARGUMENT: [&str; 3] = ["inputs", "outputs", "channels"];
 
-/// The definition, with the argument in the usage of the commands after it: `ts3100 ctl output <LINE> force <STATE>`.
-/// clap leaves it out, because `ctl output` alone is a command too.
+/// The definition, with the argument in the usage of the commands after it: `ts3100 ctl outputs <LINE> force <STATE>`.
+/// clap leaves it out, because `ctl outputs` alone is a command too.
 pub(super) fn with_positionals(root: Command) -> Command {
     root.mut_subcommands(|command| match command.get_name() {
         "ctl" => command.mut_subcommands(|command| match BELOW_ARGUMENT.contains(&command.get_name()) {

@@ -47,7 +47,7 @@ pub enum Command {
     /// List the robots of the process
     Robots,
     /// List the wires between the robots, or set an outside line
-    Wire {
+    Wires {
         /// Name of an outside line
         #[arg(requires = "state")]
         outside: Option<String>,
@@ -86,11 +86,11 @@ pub enum Command {
         action: Option<AlarmsCommand>,
     },
     /// Show input lines, drive or force one, wait for one
-    Input(LineArgs),
+    Inputs(LineArgs),
     /// Show output lines, drive or force one, wait for one
-    Output(LineArgs),
+    Outputs(LineArgs),
     /// List, show or set the variables of the selected file
-    Variable {
+    Variables {
         /// Name; an element of an array with its subscripts, A(1,2)
         name: Option<String>,
         /// New value: as many numbers as the type has
@@ -101,7 +101,7 @@ pub enum Command {
         restore: bool,
     },
     /// List, show, set or teach the positions of the selected file
-    Position {
+    Positions {
         name: Option<String>,
         /// New position: as many numbers as a position has on this arm, the configuration last; or `teach` for the present position
         #[arg(allow_negative_numbers = true)]
@@ -111,14 +111,14 @@ pub enum Command {
         restore: bool,
     },
     /// List, get, put, erase, select or check files of the RAM drive
-    File {
+    Files {
         #[command(subcommand)]
         action: Option<FileCommand>,
     },
     /// Split a text of the protocol into its fields
     Decode(DecodeArgs),
     /// Show the communication ports; inject bytes, close a connection
-    Channel {
+    Channels {
         #[arg(value_parser = ["host", "com1", "ip0", "ip1", "ip2", "ip3"], ignore_case = true)]
         port: Option<String>,
         #[command(subcommand)]
@@ -144,7 +144,7 @@ pub enum Command {
         action: Option<FaultsCommand>,
     },
     /// List, take, restore, delete, show or load snapshots
-    Snapshot {
+    Snapshots {
         #[command(subcommand)]
         action: Option<SnapshotCommand>,
     },
@@ -167,7 +167,6 @@ pub enum Command {
     Health,
     /// Show the version of the emulator
     Version,
-    // After the commands with arguments, whose names it leaves to them.
     #[command(flatten)]
     Query(QueryCommand),
     /// Make any call of the OpenAPI document

@@ -173,7 +173,7 @@ impl Call {
         Ok(match command {
             Command::State => get("/state"),
             Command::Robots => get("/robots"),
-            Command::Wire { outside, state } => wire(outside.as_deref(), state.unwrap_or_default()),
+            Command::Wires { outside, state } => wire(outside.as_deref(), state.unwrap_or_default()),
             Command::Switch(command) => switch(command)?,
             Command::Query(QueryCommand(query)) => get(query.path),
             Command::Program { action: None } => get("/program"),
@@ -186,20 +186,20 @@ impl Call {
             } => post("/pendant/keys", json!({"keys": unescape(text)})),
             Command::Alarms { action } => alarms(action.as_ref()),
             Command::Faults { action } => faults(action.as_ref()),
-            Command::Input(line) => line_call("input", line)?,
-            Command::Output(line) => line_call("output", line)?,
-            Command::Variable { name, value, restore } => {
+            Command::Inputs(line) => line_call("input", line)?,
+            Command::Outputs(line) => line_call("output", line)?,
+            Command::Variables { name, value, restore } => {
                 value_call("/variables", name.as_deref(), value, *restore)?
             }
-            Command::Position { name, value, restore } => position(name.as_deref(), value, *restore)?,
-            Command::File { action } => file(action.as_ref())?,
-            Command::Channel { port, action } => channel(port.as_deref(), action.as_ref())?,
+            Command::Positions { name, value, restore } => position(name.as_deref(), value, *restore)?,
+            Command::Files { action } => file(action.as_ref())?,
+            Command::Channels { port, action } => channel(port.as_deref(), action.as_ref())?,
             Command::Decode(text) => decode(text),
             Command::Clock { action } => clock(action.as_ref())?,
             Command::Wait(until) => post("/wait", until_body(until)?),
             Command::Power { action } => button("/power", action.as_ref()),
             Command::Reset => post("/reset", json!({})),
-            Command::Snapshot { action } => snapshot(action.as_ref())?,
+            Command::Snapshots { action } => snapshot(action.as_ref())?,
             Command::Transcript { file } => transcript(file.as_ref(), json),
             Command::Events(events) => get(events_path(*events)),
             Command::Findings => get("/findings"),

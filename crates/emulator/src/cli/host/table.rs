@@ -75,9 +75,10 @@ fn frame() -> impl TypedValueParser<Value = String> {
         PossibleValue::new("work").help("The work coordinate system"),
         PossibleValue::new("tool").help("The tool"),
     ]);
-    words.map(|word| match word.as_str() {
-        "tool" => ZsFrame::Tool.code().to_string(),
-        _ => ZsFrame::Work.code().to_string(),
+    // The word is as it was typed, in whatever case.
+    words.map(|word| match word.eq_ignore_ascii_case("tool") {
+        true => ZsFrame::Tool.code().to_string(),
+        false => ZsFrame::Work.code().to_string(),
     })
 }
 
