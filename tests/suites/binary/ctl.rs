@@ -163,7 +163,13 @@ fn every_resource_has_its_words() {
     assert_eq!(answer(&serve, &["reset"])["on"], true);
     assert_eq!(answer(&serve, &["call", "GET", "/program"])["file"], "");
     for words in [
-        "state", "health", "version", "findings", "channels", "files", "variables",
+        "state",
+        "health",
+        "version",
+        "findings",
+        "channels",
+        "files",
+        "variables",
     ] {
         answer(&serve, &[words]);
     }

@@ -16,7 +16,6 @@ use crate::output::{Event, Output};
 use crate::persistence::Then;
 use crate::prelude::*;
 use crate::refusal::OperateError;
-use crate::robot::Robot;
 
 impl Controller {
     /// Carries out an action. A change of a file that is stored outside first is made when its answer has come. Nobody waits
@@ -105,24 +104,6 @@ impl Controller {
         Err(error)
     }
 
-    /// # Errors
-    /// Why it had no effect.
-    fn do_at_panel(&mut self, panel: &PanelAction) -> Result<(), OperateError> {
-        match *panel {
-            PanelAction::InputLine { line, on } => self.robot.drive_input(line, on),
-            PanelAction::Jog { axis, positive, mode } => {
-                return self.robot.jog_by_key(axis, positive, mode);
-            }
-            PanelAction::Keys(ref figures) => self.robot.channels.type_keys(figures),
-            PanelAction::PowerCycle => {
-                self.power_off();
-                self.power_on();
-            }
-            ref row => return operate(&mut self.robot, row),
-        }
-        Ok(())
-    }
-
     /// Turns the power off, which ends every conversation.
     fn power_off(&mut self) {
         if self.robot.panel.state().powered {
@@ -191,8 +172,8 @@ impl Operated for Result<(), OperateError> {
     }
 }
 
-/// Makes [`operate`] of the rows: the method that each names.
-macro_rules! operate {
+/// Makes `do_at_panel` of the rows: the method that each names.
+macro_rules! do_at_panel {
     (
         switches { $(
             $(#[$doc:meta])*
@@ -215,18 +196,30 @@ macro_rules! operate {
         )* }
         queries $queries:tt
     ) => {
-        /// Carries out the action of a row of the table of controls.
-        fn operate(robot: &mut Robot, action: &PanelAction) -> Result<(), OperateError> {
-            match *action {
-                $( PanelAction::$variant(value) => robot.$act(value).result(), )*
-                $( PanelAction::$press => robot.$press_act().result(), )*
-                PanelAction::InputLine { .. }
-                | PanelAction::Jog { .. }
-                | PanelAction::Keys(_)
-                | PanelAction::PowerCycle => Ok(()),
+        impl Controller {
+            /// Does something at the panel; a row of the table of controls names the method for it.
+            ///
+            /// # Errors
+            /// Why it had no effect.
+            fn do_at_panel(&mut self, panel: &PanelAction) -> Result<(), OperateError> {
+                let robot = &mut self.robot;
+                match *panel {
+                    $( PanelAction::$variant(value) => return robot.$act(value).result(), )*
+                    $( PanelAction::$press => return robot.$press_act().result(), )*
+                    PanelAction::InputLine { line, on } => robot.drive_input(line, on),
+                    PanelAction::Jog { axis, positive, mode } => {
+                        return robot.jog_by_key(axis, positive, mode);
+                    }
+                    PanelAction::Keys(ref figures) => robot.channels.type_keys(figures),
+                    PanelAction::PowerCycle => {
+                        self.power_off();
+                        self.power_on();
+                    }
+                }
+                Ok(())
             }
         }
     };
 }
 
-crate::controls!(operate);
+crate::controls!(do_at_panel);
