@@ -29,48 +29,120 @@ local COMMANDS = {
   AH = "alarm history (extension)", IO = "input and output words (extension)", HI = "read lines (extension)",
   HO = "write lines (extension)", PR = "position (extension)", VL = "speeds (extension)",
   ZS = "frames (extension)", MD = "mode (extension)", RT = "extension", SC = "extension", JG = "guide (extension)",
-  MN = "maintenance information (extension)",
+  MN = "maintenance information (extension)", RM = "reset of maintenance information (extension)",
+  MP = "move to a position (extension)", PS = "current position file (extension)",
+  ZC = "origin change of the third axis (extension)", EM = "control right (extension)",
 }
 
--- Fields of SF: offset, size, key, name, kind. Groups of equal fields follow by loops, as in the manual's table.
-local SF_HEAD = {
-  { 0, 1, "servo", "servo power", { [0] = "off", "on" } },
-  { 1, 1, "emergency-stop", "EMERGENCY stop switch", { [0] = "off", "on" } },
-  { 2, 1, "motion-status", "motion status", { [0] = "stop (reset)", "run", "stop (retry)", "stop (continue)" } },
-  { 3, 1, "su-request", "SU command request", { [0] = "off", "on" } },
+-- generated from the tables of crates/proto: cargo test -p ts3100-tests -- --ignored bless_wireshark
+-- Fields of SF: key, name, size, offset among eight axes and among six, kind or words of the values.
+local SF = {
+  { "servo", "servo power", 1, 0, 0, { [0] = "off", "on" } },
+  { "emergency-stop", "EMERGENCY stop switch", 1, 1, 1, { [0] = "off", "on" } },
+  { "motion-status", "motion status", 1, 2, 2, { [0] = "stop (reset)", "run", "stop (retry)", "stop (continue)" } },
+  { "su-request", "SU command request", 1, 3, 3, { [0] = "off", "on" } },
+  { "alarm.1", "current alarm 1", 2, 4, 4, "alarm" },
+  { "alarm.2", "current alarm 2", 2, 6, 6, "alarm" },
+  { "alarm.3", "current alarm 3", 2, 8, 8, "alarm" },
+  { "alarm.4", "current alarm 4", 2, 10, 10, "alarm" },
+  { "alarm.5", "current alarm 5", 2, 12, 12, "alarm" },
+  { "alarm.6", "current alarm 6", 2, 14, 14, "alarm" },
+  { "alarm.7", "current alarm 7", 2, 16, 16, "alarm" },
+  { "alarm.8", "current alarm 8", 2, 18, 18, "alarm" },
+  { "alarm.9", "current alarm 9", 2, 20, 20, "alarm" },
+  { "alarm.10", "current alarm 10", 2, 22, 22, "alarm" },
+  { "execution-line", "program execution line", 2, 24, 24, "number" },
+  { "analysis-line", "program analysis line", 2, 26, 26, "number" },
+  { "execution-task", "program execution task", 2, 28, 28, "number" },
+  { "analysis-task", "program analysis task", 2, 30, 30, "number" },
+  { "feed-hold", "feed hold", 2, 32, 32, { [0] = "off", "on" } },
+  { "guide-coordinate", "guidance coordinate system", 2, 34, 34, { [0] = "joint", "tool", "work", "world" } },
+  { "guide-rate", "guide rate", 2, 36, 36, { [0] = "slow", "mid", "fast" } },
+  { "guide-mode", "guide mode", 2, 38, 38, { [0] = "jog", "inching", "free" } },
+  { "master-mode", "master mode", 2, 40, 40, { [0] = "TEACHING", "INTERNAL", "EXT (SIG)", "EXT (HOST)" } },
+  { "dummy", "dummy", 2, 42, 42, "number" },
+  { "power-on-time", "power ON time", 4, 44, 44, "number" },
+  { "run-time", "program run time", 4, 48, 48, "number" },
+  { "input.general.1", "general input Din1-16", 2, 52, 52, "lines" },
+  { "input.general.2", "general input Din17-32", 2, 54, 54, "lines" },
+  { "input.general.3", "general input Din33-48", 2, 56, 56, "lines" },
+  { "input.general.4", "general input Din49-64", 2, 58, 58, "lines" },
+  { "input.extension.1", "extension input Din101-116", 2, 60, 60, "lines" },
+  { "input.extension.2", "extension input Din117-132", 2, 62, 62, "lines" },
+  { "input.extension.3", "extension input Din133-148", 2, 64, 64, "lines" },
+  { "input.extension.4", "extension input Din149-164", 2, 66, 66, "lines" },
+  { "input.system.1", "system input Din201-216", 2, 68, 68, "lines" },
+  { "input.system.2", "system input Din217-232", 2, 70, 70, "lines" },
+  { "input.system.3", "system input Din233-248", 2, 72, 72, "lines" },
+  { "input.system.4", "system input Din249-264", 2, 74, 74, "lines" },
+  { "output.general.1", "general output Dout1-16", 2, 84, 84, "lines" },
+  { "output.general.2", "general output Dout17-32", 2, 86, 86, "lines" },
+  { "output.general.3", "general output Dout33-48", 2, 88, 88, "lines" },
+  { "output.general.4", "general output Dout49-64", 2, 90, 90, "lines" },
+  { "output.extension.1", "extension output Dout101-116", 2, 92, 92, "lines" },
+  { "output.extension.2", "extension output Dout117-132", 2, 94, 94, "lines" },
+  { "output.extension.3", "extension output Dout133-148", 2, 96, 96, "lines" },
+  { "output.extension.4", "extension output Dout149-164", 2, 98, 98, "lines" },
+  { "output.system.1", "system output Dout201-216", 2, 100, 100, "lines" },
+  { "output.system.2", "system output Dout217-232", 2, 102, 102, "lines" },
+  { "output.system.3", "system output Dout233-248", 2, 104, 104, "lines" },
+  { "output.system.4", "system output Dout249-264", 2, 106, 106, "lines" },
+  { "joint.1", "joint coordinate 1", 4, 116, 116, "float" },
+  { "joint.2", "joint coordinate 2", 4, 120, 120, "float" },
+  { "joint.3", "joint coordinate 3", 4, 124, 124, "float" },
+  { "joint.4", "joint coordinate 4", 4, 128, 128, "float" },
+  { "joint.5", "joint coordinate 5", 4, 132, 132, "float" },
+  { "joint.6", "joint coordinate 6", 4, 136, 136, "float" },
+  { "joint.7", "joint coordinate 7", 4, 140, false, "float" },
+  { "joint.8", "joint coordinate 8", 4, 144, false, "float" },
+  { "world.1", "world coordinate X", 4, 148, 140, "float" },
+  { "world.2", "world coordinate Y", 4, 152, 144, "float" },
+  { "world.3", "world coordinate Z", 4, 156, 148, "float" },
+  { "world.4", "world coordinate A", 4, 160, 152, "float" },
+  { "world.5", "world coordinate B", 4, 164, 156, "float" },
+  { "world.6", "world coordinate C", 4, 168, 160, "float" },
+  { "world.7", "world coordinate axis 7", 4, 172, false, "float" },
+  { "world.8", "world coordinate axis 8", 4, 176, false, "float" },
+  { "work.1", "work coordinate X", 4, 180, 164, "float" },
+  { "work.2", "work coordinate Y", 4, 184, 168, "float" },
+  { "work.3", "work coordinate Z", 4, 188, 172, "float" },
+  { "work.4", "work coordinate A", 4, 192, 176, "float" },
+  { "work.5", "work coordinate B", 4, 196, 180, "float" },
+  { "work.6", "work coordinate C", 4, 200, 184, "float" },
+  { "work.7", "work coordinate axis 7", 4, 204, false, "float" },
+  { "work.8", "work coordinate axis 8", 4, 208, false, "float" },
+  { "name.work", "work coordinate name", 20, 212, 188, "name" },
+  { "name.tool", "tool coordinate name", 20, 232, 208, "name" },
+  { "name.base", "base coordinate name", 20, 252, 228, "name" },
+  { "input.further.1", "input Din301-316", 2, false, 76, "lines" },
+  { "input.further.2", "input Din317-332", 2, false, 78, "lines" },
+  { "input.further.3", "input Din333-348", 2, false, 80, "lines" },
+  { "input.further.4", "input Din349-364", 2, false, 82, "lines" },
+  { "output.further.1", "output Dout301-316", 2, false, 108, "lines" },
+  { "output.further.2", "output Dout317-332", 2, false, 110, "lines" },
+  { "output.further.3", "output Dout333-348", 2, false, 112, "lines" },
+  { "output.further.4", "output Dout349-364", 2, false, 114, "lines" },
 }
-local SF_MIDDLE = {
-  { 24, 2, "execution-line", "program execution line" },
-  { 26, 2, "analysis-line", "program analysis line" },
-  { 28, 2, "execution-task", "program execution task" },
-  { 30, 2, "analysis-task", "program analysis task" },
-  { 32, 2, "feed-hold", "feed hold", { [0] = "off", "on" } },
-  { 34, 2, "guide-coordinate", "guidance coordinate system", { [0] = "joint", "tool", "work", "world" } },
-  { 36, 2, "guide-rate", "guide rate", { [0] = "slow", "mid", "fast" } },
-  { 38, 2, "guide-mode", "guide mode", { [0] = "jog", "inching", "free" } },
-  { 40, 2, "master-mode", "master mode", { [0] = "TEACHING", "INTERNAL", "EXT (SIG)", "EXT (HOST)" } },
-  { 42, 2, "dummy", "dummy" },
-  { 44, 4, "power-on-time", "power ON time" },
-  { 48, 4, "run-time", "program run time" },
-}
--- Words of lines: key, name, number of the line in bit 0.
-local SF_WORDS = {
-  { "general.1", "general", 1 }, { "general.2", "general", 17 },
-  { "general.3", "general", 33 }, { "general.4", "general", 49 },
-  { "extension.1", "extension", 101 }, { "extension.2", "extension", 117 },
-  { "extension.3", "extension", 133 }, { "extension.4", "extension", 149 },
-  { "system.1", "system", 201 }, { "system.2", "system", 217 },
-  { "system.3", "system", 233 }, { "system.4", "system", 249 },
-}
-local LETTERS = { "X", "Y", "Z", "A", "B", "C", "axis 7", "axis 8" }
--- A SCARA's record ends in two bytes of 0 where no EOF follows it (248 or 250 bytes).
-local SF_EIGHT, SF_SIX, SF_SIX_FILLED = 276, 248, 250
-local IO_WORDS = 80
--- Words of alarms: level, first word, how many, code of the first. The second ranges are those of the SCARA edition.
+local SF_SIX = 250
+-- Words of alarms: level, first word, how many, code of the first.
 local ALARM_RANGES = {
-  { 8, 0, 368, 1 }, { 4, 368, 144, 1 }, { 2, 512, 224, 1 }, { 1, 736, 224, 1 },
-  { 8, 960, 512, 369 }, { 4, 1472, 256, 145 }, { 2, 1728, 256, 225 }, { 1, 1984, 256, 225 },
+  { 8, 0, 368, 1 },
+  { 4, 368, 144, 1 },
+  { 2, 512, 224, 1 },
+  { 1, 736, 224, 1 },
+  { 8, 960, 512, 369 },
+  { 4, 1472, 256, 145 },
+  { 2, 1728, 256, 225 },
+  { 1, 1984, 256, 225 },
 }
+-- Binary contents: length, and what may follow.
+local FORMS = {
+  IO = { { 80, "\3" }, { 80, "\26\3" }, { 80, "\26\13\3" } },
+  SF = { { 276, "\26\3" }, { 276, "\26\13\3" }, { 250, "\3" }, { 248, "\26\3" } },
+}
+-- Contents that are items.
+local ITEMS = { SM = true, SU = true, }
+-- end of the generated part
 
 local fields = {
   sender = ProtoField.string("ts3100.sender", "Sender"),
@@ -95,36 +167,19 @@ for _, field in pairs(fields) do list[#list + 1] = field end
 
 local function sf_name(key) return (key:gsub("[-]", "_")) end
 
-local function add_sf(key, name, size, kind)
+for _, row in ipairs(SF) do
+  local key, name, size, kind = row[1], row[2], row[3], row[6]
   local abbreviation = "ts3100.sf." .. sf_name(key)
+  local words = type(kind) == "table" and kind or nil
   local field
   if kind == "float" then field = ProtoField.float(abbreviation, name)
   elseif kind == "name" then field = ProtoField.string(abbreviation, name)
-  elseif kind == "mask" then field = ProtoField.uint16(abbreviation, name, base.HEX)
-  elseif size == 1 then field = ProtoField.uint8(abbreviation, name, base.DEC, kind)
-  elseif size == 2 then field = ProtoField.uint16(abbreviation, name, base.DEC, kind)
-  else field = ProtoField.uint32(abbreviation, name, base.DEC, kind) end
+  elseif kind == "lines" then field = ProtoField.uint16(abbreviation, name, base.HEX)
+  elseif size == 1 then field = ProtoField.uint8(abbreviation, name, base.DEC, words)
+  elseif size == 2 then field = ProtoField.uint16(abbreviation, name, base.DEC, words)
+  else field = ProtoField.uint32(abbreviation, name, base.DEC, words) end
   sf_fields[key] = field
   list[#list + 1] = field
-end
-
-for _, row in ipairs(SF_HEAD) do add_sf(row[3], row[4], row[2], row[5]) end
-for slot = 1, 10 do add_sf("alarm." .. slot, "current alarm " .. slot, 2) end
-for _, row in ipairs(SF_MIDDLE) do add_sf(row[3], row[4], row[2], row[5]) end
-for _, direction in ipairs({ { "input", "Din" }, { "output", "Dout" } }) do
-  for _, row in ipairs(SF_WORDS) do
-    local lines = direction[2] .. row[3] .. "-" .. (row[3] + 15)
-    add_sf(direction[1] .. "." .. row[1], row[2] .. " " .. direction[1] .. " " .. lines, 2, "mask")
-  end
-end
-for _, group in ipairs({ "joint", "world", "work" }) do
-  for axis = 1, 8 do
-    local letter = group == "joint" and tostring(axis) or LETTERS[axis]
-    add_sf(group .. "." .. axis, group .. " coordinate " .. letter, 4, "float")
-  end
-end
-for _, name in ipairs({ "work", "tool", "base" }) do
-  add_sf("name." .. name, name .. " coordinate name", 20, "name")
 end
 proto.fields = list
 
@@ -192,62 +247,52 @@ local function text_length(tvb, from, letters)
   for at = from, tvb:len() - 1 do
     if tvb(at, 1):uint() == ETX then first = at - from + 1; break end
   end
-  local lengths = letters == "SF" and { SF_SIX, SF_SIX_FILLED, SF_EIGHT } or letters == "IO" and { IO_WORDS } or {}
-  local available = tvb:len() - from
-  local head = math.min(3, available - stx)
-  if #lengths == 0 or head < 1 or tvb(from + stx, head):string() ~= ("FL,"):sub(1, head) then return first end
-  for _, length in ipairs(lengths) do
-    local behind = from + stx + 3 + length
-    if length ~= SF_SIX_FILLED and byte_at(tvb, behind) == EOF then
-      if byte_at(tvb, behind + 1) == ETX then return stx + 3 + length + 2 end
-      if byte_at(tvb, behind + 1) == CR and byte_at(tvb, behind + 2) == ETX then return stx + 3 + length + 3 end
-    end
-    -- Without EOF: a text that is full, 253 bytes, and the words of IO.
-    local filled = length == SF_SIX_FILLED or length == IO_WORDS
-    if filled and byte_at(tvb, behind) == ETX then return stx + 3 + length + 1 end
+  local start, forms = from + stx, FORMS[letters]
+  local available = tvb:len() - start
+  local head = math.min(3, available)
+  if not forms or head < 1 or tvb(start, head):string() ~= ("FL,"):sub(1, head) then return first end
+  local longest = 0
+  for _, form in ipairs(forms) do
+    local length, ending = 3 + form[1], form[2]
+    local whole = length + #ending
+    if available >= whole and tvb(start + length, #ending):raw() == ending then return stx + whole end
+    longest = math.max(longest, whole)
   end
-  if available < stx + 3 + lengths[#lengths] + 3 then return nil end
+  if available < longest then return nil end
   return first
 end
 
+-- Whether this many bytes are a record that its length alone tells: no EOF follows it.
+local function is_told_by_length(letters, length)
+  for _, form in ipairs(FORMS[letters] or {}) do
+    if form[1] == length and form[2] == "\3" then return true end
+  end
+  return false
+end
+
+local function alarm(word)
+  for _, range in ipairs(ALARM_RANGES) do
+    local place = word - range[2]
+    if place >= 0 and place < range[3] then return string.format("%d-%03d", range[1], place + range[4]) end
+  end
+  return "none"
+end
+
 local function dissect_sf(tree, body)
-  local six = body:len() < SF_EIGHT
-  local axes = six and 6 or 8
+  local six = body:len() <= SF_SIX
   local whole = tree:add(fields.sf, body())
   whole:set_text("SF: " .. (six and "six" or "eight") .. " axes, " .. body:len() .. " bytes")
-  local function put(key, offset, size)
-    if offset + size <= body:len() then
-      local field = sf_fields[key]
-      if key:sub(1, 5) == "name." then
-        whole:add(field, body(offset, size), (body(offset, size):raw():gsub("%z.*", "")))
+  for _, row in ipairs(SF) do
+    local key, size, kind, offset = row[1], row[3], row[6], row[six and 5 or 4]
+    if offset and offset + size <= body:len() then
+      local bytes = body(offset, size)
+      if kind == "name" then
+        whole:add(sf_fields[key], bytes, (bytes:raw():gsub("%z.*", "")))
       else
-        local item = whole:add(field, body(offset, size))
-        if key:sub(1, 6) == "alarm." then
-          local word = body(offset, 2):uint()
-          local shown = "none"
-          for _, range in ipairs(ALARM_RANGES) do
-            if word >= range[2] and word < range[2] + range[3] then
-              shown = string.format("%d-%03d", range[1], word - range[2] + range[4])
-            end
-          end
-          item:append_text(" (" .. shown .. ")")
-        end
+        local item = whole:add(sf_fields[key], bytes)
+        if kind == "alarm" then item:append_text(" (" .. alarm(bytes:uint()) .. ")") end
       end
     end
-  end
-  for _, row in ipairs(SF_HEAD) do put(row[3], row[1], row[2]) end
-  for slot = 1, 10 do put("alarm." .. slot, 2 + 2 * slot, 2) end
-  for _, row in ipairs(SF_MIDDLE) do put(row[3], row[1], row[2]) end
-  for index, direction in ipairs({ "input", "output" }) do
-    for place, row in ipairs(SF_WORDS) do
-      put(direction .. "." .. row[1], 52 + 32 * (index - 1) + 2 * (place - 1), 2)
-    end
-  end
-  for index, group in ipairs({ "joint", "world", "work" }) do
-    for axis = 1, axes do put(group .. "." .. axis, 116 + 4 * axes * (index - 1) + 4 * (axis - 1), 4) end
-  end
-  for index, name in ipairs({ "work", "tool", "base" }) do
-    put("name." .. name, 116 + 12 * axes + 20 * (index - 1), 20)
   end
 end
 
@@ -266,8 +311,7 @@ local function dissect_file(tree, data, letters)
   local length = data:len()
   local ending = length
   if ending > 3 and data(ending - 1, 1):uint() == CR and data(ending - 2, 1):uint() == EOF then ending = ending - 1 end
-  -- Records that are told by their length alone have no EOF.
-  local filled = letters == "SF" and length == 3 + SF_SIX_FILLED or letters == "IO" and length == 3 + IO_WORDS
+  local filled = is_told_by_length(letters, length - 3)
   if filled then ending = length end
   local complete = not filled and ending > 3 and data(ending - 1, 1):uint() == EOF
   if complete then ending = ending - 1 end
@@ -275,7 +319,7 @@ local function dissect_file(tree, data, letters)
     local body = data(3, ending - 3)
     if letters == "SF" then
       dissect_sf(tree, body:tvb())
-    elseif letters == "SU" or letters == "SM" then
+    elseif ITEMS[letters] then
       local has_cr = body:bytes():raw():find("\r", 1, true)
       dissect_records(tree, body:tvb(), fields.su, has_cr and { [CR] = true } or { [0x20] = true })
     elseif letters == "IO" then

@@ -1,47 +1,136 @@
-//! The dissector of `packaging/wireshark`: its table of SF is the one of `ts3100-proto`, and it reads our captures:
+//! The dissector of `packaging/wireshark`: its tables are those of `ts3100-proto`, and it reads our captures:
 //! texts cut anywhere, SF with control codes in it, serial ports, the panel. What needs tshark is ignored by default
 //! and run by tests/system/packages/wireshark_dissector.py, where a missing tshark is a failure.
 
+use std::collections::BTreeSet;
+use std::fmt::Write as _;
 use std::path::PathBuf;
 use std::process::Command;
 use std::time::Duration;
 use ts3100_controller::{Action, PanelAction, Port, Time};
 use ts3100_emulator::transcript::{Format, Header, PeerId, Record, RecordKind, Recorder, TranscriptFile};
-use ts3100_proto::status::sf::table::{SfFieldKind, sf_fields};
-use ts3100_proto::status::sf::{SfLayout, SystemStatus};
+use ts3100_proto::command::COMMANDS;
+use ts3100_proto::dissect::{Form, forms, is_in_items};
+use ts3100_proto::status::sf::table::{SfField, SfFieldKind, sf_fields};
+use ts3100_proto::status::sf::{NO_ALARM, SfLayout, SystemStatus, alarm_from_word};
 
 fn script() -> PathBuf {
     PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../packaging/wireshark/ts3100.lua")
 }
 
-#[test]
-fn the_table_of_sf_is_that_of_the_protocol() {
+/// What is before and after the generated part.
+const BEGIN: &str = "bless_wireshark\n";
+const END: &str = "-- end of the generated part\n";
+
+/// The script with the tables of `ts3100-proto` as its generated part.
+fn generated() -> String {
     let lua = std::fs::read_to_string(script()).unwrap();
-    for field in sf_fields(SfLayout::Eight) {
-        let (key, name, offset, size) = (&field.key, &field.name, field.offset, field.size);
-        let row = match field.kind {
-            SfFieldKind::Code(_) | SfFieldKind::Minutes => {
-                format!("{{ {offset}, {size}, \"{key}\", \"{name}\"")
+    let (before, rest) = lua.split_once(BEGIN).unwrap();
+    let (_, after) = rest.split_once(END).unwrap();
+    format!("{before}{BEGIN}{}{END}{after}", tables())
+}
+
+fn tables() -> String {
+    let mut lua = String::from(
+        "-- Fields of SF: key, name, size, offset among eight axes and among six, kind or words of the values.\n\
+         local SF = {\n",
+    );
+    let (eight, six) = (sf_fields(SfLayout::Eight), sf_fields(SfLayout::Six));
+    let is_shown = |field: &&SfField| field.kind != SfFieldKind::Reserved || field.key == "dummy";
+    let offset = |fields: &[SfField], key: &str| {
+        let found = fields.iter().filter(is_shown).find(|field| field.key == key);
+        found.map_or("false".to_owned(), |field| field.offset.to_string())
+    };
+    let is_further = |field: &&SfField| eight.iter().all(|other| other.key != field.key);
+    let further = six.iter().filter(is_further);
+    for field in eight.iter().chain(further).filter(is_shown) {
+        let SfField { key, name, size, .. } = field;
+        let kind = match field.kind {
+            SfFieldKind::Code([first, others @ ..]) => {
+                let others: String = others.iter().map(|word| format!(", {word:?}")).collect();
+                format!("{{ [0] = {first:?}{others} }}")
             }
-            SfFieldKind::Reserved if key == "dummy" => format!("{{ {offset}, {size}, \"{key}\", \"{name}\""),
-            SfFieldKind::Lines(_, first) => {
-                let key = key.split_once('.').unwrap().1;
-                let word = name.split_once(' ').unwrap().0;
-                format!("{{ \"{key}\", \"{word}\", {first} }}")
-            }
-            // By loops, of which the running dissector is the test.
-            SfFieldKind::Alarm | SfFieldKind::Float | SfFieldKind::Name | SfFieldKind::Reserved => continue,
+            SfFieldKind::Code([]) | SfFieldKind::Minutes | SfFieldKind::Reserved => "\"number\"".to_owned(),
+            SfFieldKind::Alarm => "\"alarm\"".to_owned(),
+            SfFieldKind::Lines(..) => "\"lines\"".to_owned(),
+            SfFieldKind::Float => "\"float\"".to_owned(),
+            SfFieldKind::Name => "\"name\"".to_owned(),
         };
-        assert!(lua.contains(&row), "{row} is not in the dissector");
-        if let SfFieldKind::Code(words) = field.kind {
-            let words = words.join("\", \"");
-            let values = format!("\"{name}\", {{ [0] = \"{words}\" }}");
-            assert!(
-                words.is_empty() || lua.contains(&values),
-                "{values} is not in the dissector"
-            );
+        let (eight, six) = (offset(&eight, key), offset(&six, key));
+        writeln!(lua, "  {{ {key:?}, {name:?}, {size}, {eight}, {six}, {kind} }},").unwrap();
+    }
+    writeln!(lua, "}}\nlocal SF_SIX = {}", SfLayout::Six.len()).unwrap();
+    lua.push_str(
+        "-- Words of alarms: level, first word, how many, code of the first.\nlocal ALARM_RANGES = {\n",
+    );
+    let mut runs: Vec<(u8, u16, u16, u16)> = Vec::new();
+    for word in 0..NO_ALARM {
+        let Some((level, code)) = alarm_from_word(word) else {
+            continue;
+        };
+        match runs.last_mut() {
+            Some((of, first, count, begin))
+                if *of == level.number() && *first + *count == word && *begin + *count == code =>
+            {
+                *count += 1;
+            }
+            _ => runs.push((level.number(), word, 1, code)),
         }
     }
+    for (level, first, count, code) in runs {
+        writeln!(lua, "  {{ {level}, {first}, {count}, {code} }},").unwrap();
+    }
+    lua.push_str("}\n-- Binary contents: length, and what may follow.\nlocal FORMS = {\n");
+    let mut items = String::new();
+    for letters in letters() {
+        if let Some(forms) = forms(letters) {
+            let form = |(length, ending): &Form| {
+                let ending: String = ending.iter().map(|byte| format!("\\{byte}")).collect();
+                format!("{{ {length}, \"{ending}\" }}")
+            };
+            let forms: Vec<String> = forms.iter().map(form).collect();
+            writeln!(lua, "  {letters} = {{ {} }},", forms.join(", ")).unwrap();
+        }
+        if is_in_items(letters) {
+            write!(items, " {letters} = true,").unwrap();
+        }
+    }
+    writeln!(lua, "}}\n-- Contents that are items.\nlocal ITEMS = {{{items} }}").unwrap();
+    lua
+}
+
+/// The letters of every command.
+fn letters() -> BTreeSet<&'static str> {
+    COMMANDS.iter().map(|row| row.letters).collect()
+}
+
+#[test]
+fn the_tables_are_those_of_the_protocol() {
+    let lua = std::fs::read_to_string(script()).unwrap();
+    assert_eq!(
+        lua,
+        generated(),
+        "run cargo test -p ts3100-tests -- --ignored bless_wireshark"
+    );
+}
+
+#[test]
+#[ignore = "writes packaging/wireshark/ts3100.lua"]
+fn bless_wireshark() {
+    std::fs::write(script(), generated()).unwrap();
+}
+
+#[test]
+fn every_command_has_its_meaning() {
+    let lua = std::fs::read_to_string(script()).unwrap();
+    let (_, rest) = lua.split_once("local COMMANDS = {").unwrap();
+    let (meanings, _) = rest.split_once("\n}").unwrap();
+    let known: BTreeSet<&str> = meanings
+        .split(" = ")
+        .filter_map(|part| part.get(part.len().checked_sub(2)?..))
+        .filter(|letters| letters.bytes().all(|byte| byte.is_ascii_uppercase()))
+        .collect();
+    assert_eq!(known, letters());
 }
 
 /// The filter that lets every packet through.
@@ -159,6 +248,7 @@ fn the_fields_of_sf_are_read_by_name_in_both_layouts() {
         ..SystemStatus::default()
     };
     status.outputs[0] = 0x1A03;
+    status.inputs[15] = 0x0301;
     status.joint[5] = 12.5;
     let mut whats = Vec::new();
     for (layout, length, ending) in [
@@ -183,12 +273,20 @@ fn the_fields_of_sf_are_read_by_name_in_both_layouts() {
         "ts3100.sf.alarm.2",
         "ts3100.sf.power_on_time",
         "ts3100.sf.output.general.1",
+        "ts3100.sf.input.further.4",
         "ts3100.sf.joint.6",
         "ts3100.sf.name.work",
     ];
     // The other texts have no such field; the filter is that of the docs.
     let lines = tshark("sf", whats, "ts3100.sf", &fields);
-    assert_eq!(lines, ["1|512|65535|771|0x1a03|12.5|JIG"; 3]);
+    assert_eq!(
+        lines,
+        [
+            "1|512|65535|771|0x1a03||12.5|JIG",
+            "1|512|65535|771|0x1a03|0x0301|12.5|JIG",
+            "1|512|65535|771|0x1a03|0x0301|12.5|JIG",
+        ]
+    );
 }
 
 #[test]

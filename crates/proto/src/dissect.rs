@@ -74,10 +74,8 @@ pub fn text_length(letters: &str, wire: &[u8]) -> Option<usize> {
     let stx = usize::from(wire.first() == Some(&STX));
     let prefix = wire.get(stx..).unwrap_or_default();
     let first = wire.iter().position(|byte| *byte == ETX).map(|at| at + 1);
-    let forms: &[(usize, &[u8])] = match letters {
-        "SF" => SF_FORMS,
-        "IO" => IO_FORMS,
-        _ => return first,
+    let Some(forms) = forms(letters) else {
+        return first;
     };
     let known = prefix.len().min(FL.len());
     if prefix.get(..known) != FL.get(..known) {
@@ -97,21 +95,37 @@ pub fn text_length(letters: &str, wire: &[u8]) -> Option<usize> {
     }
 }
 
-/// Lengths of the content of SF, and what may follow each: eight floats a group with EOF; six floats with nothing,
-/// where a text of 250 bytes is also the manual's first text of several (SF-02), and one that ends EOF CR a recording
-/// of 248 bytes.
-const SF_FORMS: &[(usize, &[u8])] = &[
+/// Length of a binary content, and what may follow it.
+pub type Form = (usize, &'static [u8]);
+
+/// SF: eight floats a group with EOF; six floats with nothing, where a text of 250 bytes is also the manual's first text of
+/// several (SF-02), and one that ends EOF CR a recording of 248 bytes.
+const SF_FORMS: &[Form] = &[
     (SfLayout::Eight.len(), &[EOF, ETX]),
     (SfLayout::Eight.len(), &[EOF, CR, ETX]),
     (SfLayout::Six.len(), &[ETX]),
     (SfLayout::Six.len() - 2, &[EOF, ETX]),
 ];
-/// The same for IO. Recordings that were made before IO lost its EOF have one.
-const IO_FORMS: &[(usize, &[u8])] = &[
+/// IO. Recordings that were made before it lost its EOF have one.
+const IO_FORMS: &[Form] = &[
     (io::LENGTH, &[ETX]),
     (io::LENGTH, &[EOF, ETX]),
     (io::LENGTH, &[EOF, CR, ETX]),
 ];
+
+/// The forms of the texts of a binary content; `None` if its first ETX ends a text.
+pub fn forms(letters: &str) -> Option<&'static [Form]> {
+    match letters {
+        "SF" => Some(SF_FORMS),
+        "IO" => Some(IO_FORMS),
+        _ => None,
+    }
+}
+
+/// Whether a content is items with a label each, in one record or in several.
+pub fn is_in_items(letters: &str) -> bool {
+    matches!(letters, "SU" | "SM")
+}
 
 /// The fields found so far.
 pub(crate) struct Fields(pub(crate) Vec<DissectedField>);
@@ -160,7 +174,7 @@ impl Fields {
         match letters {
             "SF" => self.system_status(content),
             "IO" => self.words(content),
-            "SU" | "SM" => self.items(&key, content),
+            _ if is_in_items(letters) => self.items(&key, content),
             "" => self.lines("file", "line", content),
             "UL" => self.lines("ul", "line", content),
             _ => self.lines(&key, "record", content),

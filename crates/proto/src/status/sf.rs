@@ -1,13 +1,12 @@
 //! The system total status of SF: a binary file of fixed offsets, big-endian, in the two lengths that real hosts
 //! read (hosts SF).
 //!
-//! [`SystemStatus`] is the whole file as a value; the controller fills it. [`table`] describes the same bytes field by
-//! field, and a test holds the two together.
+//! [`SystemStatus`] is the whole file as a value; the controller fills it. [`table`] has the fields in the order of their
+//! bytes, and with them encoder and decoder.
 
 pub mod table;
 
-use super::fields::Field;
-use super::{AlarmLevel, BodyError, ExecutionStatus};
+use super::{AlarmLevel, ExecutionStatus};
 use crate::codes::codes;
 use crate::prelude::*;
 use core::ops::RangeInclusive;
@@ -108,168 +107,6 @@ impl SfLayout {
         } else {
             SfLayout::Eight
         }
-    }
-}
-
-impl SystemStatus {
-    /// The content of the file, [`SfLayout::len`] bytes.
-    pub fn encode(&self, layout: SfLayout) -> Vec<u8> {
-        let execution = self.execution.code();
-        let [servo, stop, request] = [self.servo, self.emergency_stop, self.su_request].map(u8::from);
-        let mut out = Vec::from([servo, stop, execution, request]);
-        let alarms = self.alarms.iter().copied().chain(core::iter::repeat(NO_ALARM));
-        let words = [
-            self.execution_line,
-            self.analysis_line,
-            self.execution_task,
-            self.analysis_task,
-            u16::from(self.feed_hold),
-            self.guide_coordinate,
-            self.guide_rate,
-            self.guide_mode,
-            self.master_mode,
-            DUMMY,
-        ];
-        out.extend(alarms.take(ALARM_SLOTS).chain(words).flat_map(u16::to_be_bytes));
-        let minutes = [self.power_on_minutes, self.run_minutes];
-        out.extend(minutes.into_iter().flat_map(u32::to_be_bytes));
-        let lines = self.inputs.into_iter().chain(self.outputs);
-        out.extend(lines.flat_map(u16::to_be_bytes));
-        for group in [self.joint, self.world, self.work] {
-            let values = group.into_iter().take(layout.axes());
-            out.extend(values.flat_map(f32::to_be_bytes));
-        }
-        for name in [&self.work_name, &self.tool_name, &self.base_name] {
-            put_name(&mut out, name);
-        }
-        // The reserved tail.
-        out.resize(layout.len(), 0);
-        out
-    }
-
-    /// Reads a content. Axes beyond the layout read 0, empty alarm slots are left out.
-    ///
-    /// # Errors
-    /// A content of another length, a flag that is neither 0 nor 1, an unknown motion status, a name that
-    /// is not ASCII.
-    pub fn decode(content: &[u8], layout: SfLayout) -> Result<SystemStatus, BodyError> {
-        let whole = Field::whole("SF", content);
-        if content.len() != layout.len() {
-            return Err(whole.error(match layout {
-                SfLayout::Eight => "276 bytes",
-                SfLayout::Six => "250 bytes",
-            }));
-        }
-        let mut rest = Cursor(whole);
-        let axes = layout.axes();
-        Ok(SystemStatus {
-            servo: rest.flag(1)?,
-            emergency_stop: rest.flag(1)?,
-            execution: rest.execution()?,
-            su_request: rest.flag(1)?,
-            alarms: rest.alarms()?,
-            execution_line: rest.word()?,
-            analysis_line: rest.word()?,
-            execution_task: rest.word()?,
-            analysis_task: rest.word()?,
-            feed_hold: rest.flag(2)?,
-            guide_coordinate: rest.word()?,
-            guide_rate: rest.word()?,
-            guide_mode: rest.word()?,
-            master_mode: rest.word()?,
-            power_on_minutes: rest.word().and_then(|_dummy| rest.minutes())?,
-            run_minutes: rest.minutes()?,
-            inputs: rest.words()?,
-            outputs: rest.words()?,
-            joint: rest.floats(axes)?,
-            world: rest.floats(axes)?,
-            work: rest.floats(axes)?,
-            work_name: rest.name()?,
-            tool_name: rest.name()?,
-            base_name: rest.name()?,
-        })
-    }
-}
-
-/// Offset 42, reserved (SF-18).
-const DUMMY: u16 = 0;
-
-/// Characters beyond ASCII 20-7E go as `?`, so that the fixed width counts characters.
-fn put_name(out: &mut Vec<u8>, name: &str) {
-    let bytes = name.chars().map(|char| match char {
-        ' '..='~' => char as u8,
-        _ => b'?',
-    });
-    out.extend(bytes.chain(core::iter::repeat(0)).take(NAME_LENGTH));
-}
-
-/// Reads the content from front to back.
-struct Cursor<'a>(Field<'a>);
-
-impl<'a> Cursor<'a> {
-    fn take(&mut self, length: usize) -> Result<Field<'a>, BodyError> {
-        let (head, rest) = self.0.cut(length).ok_or_else(|| self.0.error("more bytes"))?;
-        self.0 = rest;
-        Ok(head)
-    }
-
-    fn array<const N: usize>(&mut self) -> Result<[u8; N], BodyError> {
-        let field = self.take(N)?;
-        field.bytes().try_into().map_err(|_| field.error("more bytes"))
-    }
-
-    fn word(&mut self) -> Result<u16, BodyError> {
-        self.array().map(u16::from_be_bytes)
-    }
-
-    fn minutes(&mut self) -> Result<u32, BodyError> {
-        self.array().map(u32::from_be_bytes)
-    }
-
-    fn alarms(&mut self) -> Result<Vec<u16>, BodyError> {
-        let words = self.words::<ALARM_SLOTS>()?.into_iter();
-        Ok(words.filter(|word| *word != NO_ALARM).collect())
-    }
-
-    fn words<const N: usize>(&mut self) -> Result<[u16; N], BodyError> {
-        let mut words = [0; N];
-        for word in &mut words {
-            *word = self.word()?;
-        }
-        Ok(words)
-    }
-
-    /// Coordinates of the first `count` axes; the others stay 0.
-    fn floats(&mut self, count: usize) -> Result<[f32; 8], BodyError> {
-        let mut floats = [0.0; 8];
-        for float in floats.iter_mut().take(count) {
-            *float = f32::from_be_bytes(self.array()?);
-        }
-        Ok(floats)
-    }
-
-    /// A flag in one byte or in two.
-    fn flag(&mut self, length: usize) -> Result<bool, BodyError> {
-        let field = self.take(length)?;
-        match field.bytes() {
-            [0] | [0, 0] => Ok(false),
-            [1] | [0, 1] => Ok(true),
-            _ => Err(field.error("0 or 1")),
-        }
-    }
-
-    fn execution(&mut self) -> Result<ExecutionStatus, BodyError> {
-        let field = self.take(1)?;
-        let code = field.bytes().first().copied();
-        let known = code.and_then(ExecutionStatus::from_code);
-        known.ok_or_else(|| field.error("motion status 0 to 3"))
-    }
-
-    fn name(&mut self) -> Result<String, BodyError> {
-        let field = self.take(NAME_LENGTH)?;
-        let name = field.split(0).next().unwrap_or(field);
-        let name = name.text("a name in ASCII, filled with NUL")?;
-        Ok(name.trim_end().to_string())
     }
 }
 

@@ -41,33 +41,107 @@ pub struct QuickStatus {
     pub busy: bool,
 }
 
-/// Highest master mode of the vendor's client library.
-const MAX_MASTER_MODE: u8 = 5;
-/// Highest operation mode and execution status.
-const MAX_CODE: u8 = 3;
 /// Highest count of ended DO statements: it has one digit.
 pub const MAX_ENDED: u8 = 9;
-/// Full speed in percent.
-const FULL_SPEED: u8 = 100;
+
+/// One item.
+struct Item {
+    label: &'static str,
+    is_valid: fn(u8) -> bool,
+    /// What an invalid value is told.
+    expected: &'static str,
+    place: Place,
+}
+
+/// The field of an item.
+enum Place {
+    Flag(fn(&mut QuickStatus) -> &mut bool),
+    Number(fn(&mut QuickStatus) -> &mut u8),
+}
+
+const fn flag(label: &'static str, place: fn(&mut QuickStatus) -> &mut bool) -> Item {
+    Item {
+        label,
+        is_valid: |value| value <= 1,
+        expected: "0 or 1",
+        place: Place::Flag(place),
+    }
+}
+
+const fn number(
+    label: &'static str,
+    is_valid: fn(u8) -> bool,
+    expected: &'static str,
+    place: fn(&mut QuickStatus) -> &mut u8,
+) -> Item {
+    Item {
+        label,
+        is_valid,
+        expected,
+        place: Place::Number(place),
+    }
+}
+
+/// The items in their order.
+const ITEMS: [Item; 14] = [
+    flag("EE", |status| &mut status.emergency_stop),
+    flag("SE", |status| &mut status.safety_stop),
+    flag("SC", |status| &mut status.stop_command),
+    flag("BC", |status| &mut status.break_command),
+    flag("ES", |status| &mut status.emergency_switch),
+    flag("SS", |status| &mut status.safety_switch),
+    flag("SV", |status| &mut status.servo),
+    // Up to the highest of the vendor's client library.
+    number(
+        "MM",
+        |mode| mode <= 5,
+        "a master mode from 0 to 5",
+        |status| &mut status.master_mode,
+    ),
+    number(
+        "RM",
+        |mode| mode <= 3,
+        "an operation mode from 0 to 3",
+        |status| &mut status.run_mode,
+    ),
+    number(
+        "RS",
+        |code| code <= 3,
+        "an execution status from 0 to 3",
+        |status| &mut status.run_status,
+    ),
+    number(
+        "OV",
+        |percent| percent <= 100,
+        "a percentage from 0 to 100",
+        |status| &mut status.override_percent,
+    ),
+    number(
+        "AL",
+        |level| level == 0 || AlarmLevel::from_number(level).is_some(),
+        "an alarm level 8, 4, 2 or 1, or 0",
+        |status| &mut status.alarm_level,
+    ),
+    number(
+        "DC",
+        |count| count <= MAX_ENDED,
+        "one digit",
+        |status| &mut status.ended,
+    ),
+    flag("DS", |status| &mut status.busy),
+];
 
 impl QuickStatus {
     /// The content of the file: 14 items, one blank between them, no CR at the end.
-    pub fn encode(&self) -> Vec<u8> {
-        let [ee, se, sc, bc] = [
-            self.emergency_stop,
-            self.safety_stop,
-            self.stop_command,
-            self.break_command,
-        ]
-        .map(u8::from);
-        let [es, ss, sv] = [self.emergency_switch, self.safety_switch, self.servo].map(u8::from);
-        let (dc, ds) = (self.ended, u8::from(self.busy));
-        let (mm, rm, rs) = (self.master_mode, self.run_mode, self.run_status);
-        let (ov, al) = (self.override_percent, self.alarm_level);
-        format!(
-            "EE{ee} SE{se} SC{sc} BC{bc} ES{es} SS{ss} SV{sv} MM{mm} RM{rm} RS{rs} OV{ov} AL{al} DC{dc} DS{ds}"
-        )
-        .into_bytes()
+    pub fn encode(mut self) -> Vec<u8> {
+        let items = ITEMS.each_ref().map(|item| {
+            let value = match item.place {
+                Place::Flag(place) => u8::from(*place(&mut self)),
+                Place::Number(place) => *place(&mut self),
+            };
+            format!("{}{value}", item.label)
+        });
+        items.join(" ").into_bytes()
     }
 
     /// Reads a content; a CR may stand at the end.
@@ -76,43 +150,29 @@ impl QuickStatus {
     /// An item that is missing, without its label, or out of its range; more than 14 items.
     pub fn decode(content: &[u8]) -> Result<QuickStatus, BodyError> {
         let whole = Field::record("SM", content);
-        let mut items = whole.split(b' ');
-        let mut value = |label: &'static str| {
-            let item = items.next().ok_or_else(|| whole.error("14 items"))?;
-            item.after(label, label)
-        };
-        let status = QuickStatus {
-            emergency_stop: flag(value("EE")?)?,
-            safety_stop: flag(value("SE")?)?,
-            stop_command: flag(value("SC")?)?,
-            break_command: flag(value("BC")?)?,
-            emergency_switch: flag(value("ES")?)?,
-            safety_switch: flag(value("SS")?)?,
-            servo: flag(value("SV")?)?,
-            master_mode: value("MM")?.at_most(MAX_MASTER_MODE, "a master mode from 0 to 5")?,
-            run_mode: value("RM")?.at_most(MAX_CODE, "an operation mode from 0 to 3")?,
-            run_status: value("RS")?.at_most(MAX_CODE, "an execution status from 0 to 3")?,
-            override_percent: value("OV")?.at_most(FULL_SPEED, "a percentage from 0 to 100")?,
-            alarm_level: alarm_level(value("AL")?)?,
-            ended: value("DC")?.at_most(MAX_ENDED, "one digit")?,
-            busy: flag(value("DS")?)?,
-        };
-        match items.next() {
+        let mut found = whole.split(b' ');
+        let mut status = QuickStatus::default();
+        for Item {
+            label,
+            is_valid,
+            expected,
+            place,
+        } in ITEMS
+        {
+            let item = found.next().ok_or_else(|| whole.error("14 items"))?;
+            let field = item.after(label, label)?;
+            let value = Some(field.number(expected)?).filter(|value| is_valid(*value));
+            let value = value.ok_or_else(|| field.error(expected))?;
+            match place {
+                Place::Flag(place) => *place(&mut status) = value == 1,
+                Place::Number(place) => *place(&mut status) = value,
+            }
+        }
+        match found.next() {
             Some(surplus) => Err(surplus.error("the end after 14 items")),
             None => Ok(status),
         }
     }
-}
-
-fn flag(field: Field<'_>) -> Result<bool, BodyError> {
-    field.at_most(1, "0 or 1").map(|value| value == 1)
-}
-
-fn alarm_level(field: Field<'_>) -> Result<u8, BodyError> {
-    const EXPECTED: &str = "an alarm level 8, 4, 2 or 1, or 0";
-    let level: u8 = field.number(EXPECTED)?;
-    let known = level == 0 || AlarmLevel::from_number(level).is_some();
-    known.then_some(level).ok_or_else(|| field.error(EXPECTED))
 }
 
 #[cfg(test)]

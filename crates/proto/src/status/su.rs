@@ -39,27 +39,114 @@ pub enum SuLayout {
     SixRecords,
 }
 
-/// Speed limit of a file without one, in percent.
+/// Override and speed limit of a file without them, in percent.
 const FULL_SPEED: u8 = 100;
+
+/// One item: its label, and how its value is written and read.
+struct Item {
+    label: &'static str,
+    put: fn(&StatusBody, &mut Writer),
+    read: fn(&mut StatusBody, Field<'_>) -> Result<(), BodyError>,
+}
+
+/// The items in their order.
+const ITEMS: [Item; 6] = [
+    Item {
+        label: "MODE:",
+        put: |body, out| {
+            out.put(mode_word(body.master_mode, out.layout));
+            out.put("/");
+            out.put(body.run_mode.as_str());
+        },
+        read: |body, field| {
+            (body.master_mode, body.run_mode) = decode_mode(field)?;
+            Ok(())
+        },
+    },
+    Item {
+        label: "FILE:",
+        put: |body, out| out.put(&body.file),
+        read: |body, field| {
+            body.file = field.text("a file name in ASCII")?.to_string();
+            Ok(())
+        },
+    },
+    Item {
+        label: "OVRD:",
+        put: |body, out| out.put_percent(body.override_percent),
+        read: |body, field| {
+            body.override_percent = decode_percent(field)?;
+            Ok(())
+        },
+    },
+    Item {
+        label: LIMIT,
+        put: |body, out| out.put_percent(body.speed_limit_percent),
+        read: |body, field| {
+            if !field.bytes().is_empty() {
+                body.speed_limit_percent = decode_percent(field)?;
+            }
+            Ok(())
+        },
+    },
+    Item {
+        label: "MACHINE:",
+        put: |body, out| out.put(machine_word(body.machine_lock)),
+        read: |body, field| {
+            body.machine_lock = find(field, "free or lock", [false, true], machine_word)?;
+            Ok(())
+        },
+    },
+    Item {
+        label: "STATUS:",
+        put: |body, out| out.put(body.execution.as_str()),
+        read: |body, field| {
+            let expected = "running, stop(reset), stop(retry) or stop(continue)";
+            body.execution = find(field, expected, ExecutionStatus::ALL, ExecutionStatus::as_str)?;
+            Ok(())
+        },
+    },
+];
+/// The item whose record of the six is empty.
+const LIMIT: &str = "LSPEED:";
+
+struct Writer {
+    text: String,
+    layout: SuLayout,
+}
+
+impl Writer {
+    /// Appends a word, in one record without its blanks.
+    fn put(&mut self, word: &str) {
+        match self.layout {
+            SuLayout::OneRecord => self.text.extend(word.split(' ')),
+            SuLayout::SixRecords => self.text.push_str(word),
+        }
+    }
+
+    fn put_percent(&mut self, percent: u8) {
+        self.put(&format!("{percent}%"));
+    }
+}
 
 impl StatusBody {
     /// The content of the file.
     pub fn encode(&self, layout: SuLayout) -> Vec<u8> {
-        let (mode, run_mode) = (mode_word(self.master_mode, layout), self.run_mode.as_str());
-        let (file, speed) = (&self.file, self.override_percent);
-        let limit = self.speed_limit_percent;
-        let (machine, status) = (machine_word(self.machine_lock), self.execution.as_str());
-        match layout {
-            SuLayout::OneRecord => format!(
-                "MODE:{}/{run_mode} FILE:{file} OVRD:{speed}% LSPEED:{limit}% MACHINE:{machine} STATUS:{}",
-                WithoutBlanks(mode),
-                WithoutBlanks(status),
-            ),
-            SuLayout::SixRecords => format!(
-                "MODE:{mode}/{run_mode}\rFILE:{file}\rOVRD:{speed}%\r\rMACHINE:{machine}\rSTATUS:{status}\r"
-            ),
+        let text = String::new();
+        let mut out = Writer { text, layout };
+        for item in &ITEMS {
+            if layout == SuLayout::OneRecord && !out.text.is_empty() {
+                out.text.push(' ');
+            }
+            if layout == SuLayout::OneRecord || item.label != LIMIT {
+                out.text.push_str(item.label);
+                (item.put)(self, &mut out);
+            }
+            if layout == SuLayout::SixRecords {
+                out.text.push('\r');
+            }
         }
-        .into_bytes()
+        out.text.into_bytes()
     }
 
     /// Reads a content of either layout. A missing or empty speed limit reads 100 %.
@@ -69,36 +156,27 @@ impl StatusBody {
     pub fn decode(content: &[u8]) -> Result<StatusBody, BodyError> {
         let whole = Field::record("SU", content);
         let separator = if whole.bytes().contains(&CR) { CR } else { b' ' };
-        let mut items = whole.split(separator);
-        let mut item = || items.next().ok_or_else(|| whole.error("six items"));
-        let (master_mode, run_mode) = decode_mode(item()?.after("MODE:", "MODE:")?)?;
-        let file = item()?.after("FILE:", "FILE:")?;
-        let file = file.text("a file name in ASCII")?.to_string();
-        let override_percent = decode_percent(item()?.after("OVRD:", "OVRD:")?)?;
-        let limit = item()?;
-        let speed_limit_percent = match limit.after("LSPEED:", "LSPEED:") {
-            Ok(value) if value.bytes().is_empty() => FULL_SPEED,
-            Ok(value) => decode_percent(value)?,
-            Err(_) if limit.bytes().is_empty() && separator == CR => FULL_SPEED,
-            Err(error) => return Err(error),
+        let mut found = whole.split(separator);
+        let mut body = StatusBody {
+            master_mode: MasterMode::Teaching,
+            run_mode: RunMode::Continuous,
+            file: String::new(),
+            override_percent: FULL_SPEED,
+            speed_limit_percent: FULL_SPEED,
+            machine_lock: false,
+            execution: ExecutionStatus::Reset,
         };
-        let machine = item()?.after("MACHINE:", "MACHINE:")?;
-        let machine_lock = find(machine, "free or lock", [false, true], machine_word)?;
-        let status = item()?.after("STATUS:", "STATUS:")?;
-        let expected = "running, stop(reset), stop(retry) or stop(continue)";
-        let execution = find(status, expected, ExecutionStatus::ALL, ExecutionStatus::as_str)?;
-        if let Some(surplus) = items.next() {
-            return Err(surplus.error("the end after six items"));
+        for Item { label, read, .. } in ITEMS {
+            let item = found.next().ok_or_else(|| whole.error("six items"))?;
+            let is_left_out = label == LIMIT && separator == CR && item.bytes().is_empty();
+            if !is_left_out {
+                read(&mut body, item.after(label, label)?)?;
+            }
         }
-        Ok(StatusBody {
-            master_mode,
-            run_mode,
-            file,
-            override_percent,
-            speed_limit_percent,
-            machine_lock,
-            execution,
-        })
+        match found.next() {
+            Some(surplus) => Err(surplus.error("the end after six items")),
+            None => Ok(body),
+        }
     }
 }
 
