@@ -101,7 +101,7 @@ fn every_option_has_its_section() {
         document("reference/options.md"),
         document("explanation/fidelity.md"),
     );
-    for row in OPTIONS {
+    for row in OPTIONS.iter() {
         let key = row.key;
         let section = format!("\n### {key}\n");
         assert!(page.contains(&section), "options.md misses the section of {key}");

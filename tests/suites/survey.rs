@@ -412,7 +412,7 @@ const NOT_ASKED: &[(&str, &str)] = &[
 
 #[test]
 fn every_option_is_found_or_says_why_not() {
-    for option in OPTIONS {
+    for option in OPTIONS.iter() {
         let is_decided = DECIDED.iter().any(|(known, ..)| *known == option.key);
         let is_excused = NOT_ASKED.iter().any(|(known, _)| *known == option.key);
         assert!(is_decided != is_excused, "{}", option.key);

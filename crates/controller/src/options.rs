@@ -1,7 +1,9 @@
 //! The options: one for each point that the manual leaves open or that real controllers do differently.
 //!
 //! A dialect presets them (D0) and the user may override each. No other place in the code asks for the dialect.
-//! docs/reference/options.md lists them for users.
+//! docs/reference/options.md lists them for users; `rows` is the table.
+
+mod rows;
 
 use crate::limits;
 use crate::panel::{ControlRight, KeySwitch};
@@ -171,155 +173,54 @@ pub enum WhileSending {
     Kept,
 }
 
-/// The controller's readings of what the manual leaves open.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct Options {
-    /// `text.stx`, `text.end` and `text.checksum`.
-    pub text: TextOptions,
-    /// `text.require_cr`: a command without CR before ETX gets NG (FRM-10); otherwise it is served, with a finding.
-    pub require_cr: bool,
-    /// `sf.split`.
-    pub sf_texts: SfTexts,
-    /// `su.layout`.
-    pub su_layout: SuLayout,
-    /// `vr.layout`.
-    pub vr_layout: VrLayout,
-    /// `channel.no_peer`.
-    pub no_peer: NoPeer,
-    /// `input.malformed`; none: as the arm has it, see [`Options::malformed`].
-    pub malformed: Option<Malformed>,
-    /// `wait.after_stop`.
-    pub wait_after_stop: WaitAfterStop,
-    /// `sig.strobe`.
-    pub strobe: Strobe,
-    /// `sig.low_speed` in percent.
-    pub low_speed: u8,
-    /// `parameter.line_end`: of the factory parameter files.
-    pub line_end: LineEnd,
-    /// `drive.open_mode`: \[E00\] of a fresh drive.
-    pub open_mode: [OpenMode; 4],
-    /// `extensions`: the commands real hosts send beyond the manual are served.
-    pub extensions: bool,
-    /// `sp.unsolicited`.
-    pub unsolicited_sp: UnsolicitedSp,
-    /// `strict_50ms`: a text within 50 ms of the controller's last text is ignored.
-    pub strict_50ms: bool,
-    /// `do.min_run`.
-    pub do_min_run: Duration,
-    /// `drive.capacity` in bytes.
-    pub drive_capacity: usize,
-    /// `scol.int_division`.
-    pub int_division: IntDivision,
-    /// `dl.command_ends`: a later text of a download that is a command and nothing else ends the download
-    /// (TRN-09); otherwise it is a part of the file (FL-03).
-    pub command_ends_download: bool,
-    /// `serial.pacing`: characters on HOST and COM1 take the time \[U06\] gives them.
-    pub serial_pacing: bool,
-    /// `serial.bad_character`.
-    pub bad_character: BadCharacter,
-    /// `serial.while_sending`.
-    pub while_sending: WhileSending,
-    /// `reply.delay`: how long the answers to commands take, as least, quartiles and greatest of many; 0: at once.
-    pub reply_delay: [Duration; 5],
-    /// `servo.interval`: every third servo-on comes only this much later (S41); zero: none does.
-    pub servo_interval: Duration,
-    /// `scol.sticky_work`.
-    pub sticky_work: bool,
-    /// `scol.data_copy`: a program that assigns to a name of DATA has a copy of its own.
-    pub data_copy: bool,
-    /// `alarm.out_of_reach`.
-    pub out_of_reach: OutOfReach,
-    /// `scol.din_unknown`.
-    pub din_unknown: UnknownInput,
-    /// `scol.equal_within`: comparisons count reals that differ by so much or less as equal; none: as the arm has it,
-    /// [`limits::SCARA_EQUAL_WITHIN`] on a SCARA and 0 on six axes.
-    pub equal_within: Option<f32>,
-    /// `ac.date`: how AC writes the year (T9).
-    pub ac_date: YearDigits,
-    /// `rs.cycle_without_label`.
-    pub cycle_without_label: CycleWithoutLabel,
-    /// `scol.reset_locals`: after RS,STP and RS,CYC the variables of the programs have no value (T10).
-    pub reset_locals: bool,
-    /// `channel.reconnect`.
-    pub reconnect: Reconnect,
-    /// `io.field_bus`.
-    pub field_bus: FieldBus,
+/// Makes the struct of the rows, and its presets.
+macro_rules! define {
+    (
+        text {$(
+            $text_key:literal $text_field:ident: $text_type:ty, $text_kind:ident $text_values:tt,
+            field $text_preset:expr, manual $text_manual:expr;
+        )*}
+        own {$(
+            $(#[$doc:meta])*
+            $key:literal $field:ident: $type:ty, $kind:ident $values:tt,
+            field $preset:expr, manual $manual:expr;
+        )*}
+    ) => {
+        /// The controller's readings of what the manual leaves open.
+        #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+        #[serde(deny_unknown_fields)]
+        pub struct Options {
+            /// `text.stx`, `text.end` and `text.checksum`.
+            pub text: TextOptions,
+            $($(#[$doc])* pub $field: $type,)*
+        }
+
+        impl Options {
+            /// The preset of a dialect.
+            pub fn for_dialect(dialect: Dialect) -> Options {
+                Options {
+                    text: TextOptions {
+                        $($text_field: dialect.choose($text_preset, $text_manual),)*
+                    },
+                    $($field: dialect.choose($preset, $manual),)*
+                }
+            }
+        }
+    };
+}
+
+crate::for_each_option!(define);
+
+impl Dialect {
+    fn choose<T>(self, field: T, manual: T) -> T {
+        match self {
+            Dialect::Field => field,
+            Dialect::Manual => manual,
+        }
+    }
 }
 
 impl Options {
-    /// The preset of a dialect.
-    pub fn for_dialect(dialect: Dialect) -> Options {
-        let field = Options {
-            text: TextOptions {
-                stx: StxRule::Detect,
-                end: EndRule::Detect,
-                checksum: Checksum::None,
-            },
-            require_cr: false,
-            sf_texts: SfTexts::One,
-            su_layout: SuLayout::OneRecord,
-            vr_layout: VrLayout::Blanks,
-            no_peer: NoPeer::Alarm,
-            malformed: Some(Malformed::Alarm),
-            wait_after_stop: WaitAfterStop::Next,
-            strobe: Strobe::Free,
-            low_speed: limits::LOW_SPEED,
-            line_end: LineEnd::Lf,
-            open_mode: [OpenMode::Server; 4],
-            extensions: true,
-            unsolicited_sp: UnsolicitedSp::Auto,
-            strict_50ms: false,
-            do_min_run: limits::DO_MIN_RUN,
-            drive_capacity: limits::DRIVE_CAPACITY,
-            int_division: IntDivision::Truncate,
-            command_ends_download: true,
-            serial_pacing: true,
-            bad_character: BadCharacter::Drop,
-            while_sending: WhileSending::Lost,
-            reply_delay: [Duration::ZERO; 5],
-            servo_interval: Duration::ZERO,
-            sticky_work: false,
-            data_copy: false,
-            out_of_reach: OutOfReach::Level8,
-            din_unknown: UnknownInput::Alarm,
-            equal_within: None,
-            ac_date: YearDigits::Four,
-            cycle_without_label: CycleWithoutLabel::AsStep,
-            reset_locals: false,
-            reconnect: Reconnect::Keep,
-            field_bus: FieldBus::Absent,
-        };
-        match dialect {
-            Dialect::Field => field,
-            Dialect::Manual => Options {
-                text: TextOptions {
-                    stx: StxRule::Required,
-                    end: EndRule::Etx,
-                    checksum: Checksum::None,
-                },
-                require_cr: true,
-                unsolicited_sp: UnsolicitedSp::Always,
-                sf_texts: SfTexts::Several,
-                su_layout: SuLayout::SixRecords,
-                vr_layout: VrLayout::Packed,
-                no_peer: NoPeer::Silent,
-                malformed: None,
-                ac_date: YearDigits::Two,
-                cycle_without_label: CycleWithoutLabel::Ng,
-                line_end: LineEnd::Cr,
-                extensions: false,
-                open_mode: [
-                    OpenMode::Server,
-                    OpenMode::NotUsed,
-                    OpenMode::NotUsed,
-                    OpenMode::NotUsed,
-                ],
-                ..field
-            },
-        }
-    }
-
     /// What INPUT does with a string: the SCARA edition of the manual says it (ste80722 S89), ours does not.
     pub fn malformed(&self, arm: Arm) -> Malformed {
         self.malformed.unwrap_or(match arm {

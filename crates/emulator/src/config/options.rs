@@ -1,5 +1,5 @@
-//! The named options (decision D0) by their keys. [`OPTIONS`] has one row for each: the key and the field that is set; how a
-//! value is read follows from the type of the field (`value`).
+//! The named options (decision D0) by their keys. [`OPTIONS`] has one row for each, made of the rows of the controller; how
+//! a value is read follows from the row (`value`).
 //!
 //! The presets belong to the dialect. The effects are in the controller and, for the links, in [`ts3100_driver::tcp`] and
 //! [`ts3100_driver::store`].
@@ -112,6 +112,7 @@ impl fmt::Display for Values {
 }
 
 /// One option: a row of [`OPTIONS`].
+#[derive(Clone, Copy)]
 pub struct OptionRow {
     /// Name in `--set` and in the table `[options]`.
     pub key: &'static str,

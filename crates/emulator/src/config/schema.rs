@@ -204,7 +204,7 @@ fn described(mut schema: Value, description: &str, default: Option<&str>) -> Val
 /// The table `options`; a dot in the name of an option is a table of its own.
 fn options_schema() -> Value {
     let (mut top, mut groups) = (Map::new(), Map::new());
-    for row in OPTIONS {
+    for row in OPTIONS.iter() {
         let (values, default) = (row.values(), row.default_in(Dialect::Field));
         let default = Some(default.as_str()).filter(|default| !default.is_empty());
         let schema = described(option_schema(&values), &values.to_string(), default);

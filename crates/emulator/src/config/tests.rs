@@ -135,7 +135,7 @@ fn a_named_option_overrides_the_dialects_preset_alone() {
 fn every_named_option_is_known_and_refuses_what_it_does_not_take() {
     let mut options = ts3100_controller::options::Options::for_dialect(Dialect::Field);
     let mut links = LinkOptions::default();
-    for row in OPTIONS {
+    for row in OPTIONS.iter() {
         let (key, values) = (row.key, row.values());
         let error = set_option(&mut options, &mut links, key, "nonsense")
             .unwrap_err()

@@ -40,7 +40,7 @@ pub(super) fn suggestions(
     found: &Report,
 ) -> Vec<Suggestion> {
     let mut closer = Vec::new();
-    for row in OPTIONS {
+    for row in OPTIONS.iter() {
         let key = row.key;
         for value in row.values().words() {
             let mut other = settings.clone();

@@ -1,8 +1,23 @@
-//! The table of the named options. How their values are read and written is in `value`.
+//! The table of the named options: the rows of the controller, and those of the links. How their values are read and
+//! written is in `value`.
 
-use super::OptionRow;
-use super::value::{Field, Period, Real, Setting, Whole};
+use super::value::{Field, Period, Real, Setting, Value, Whole};
+use super::{OptionRow, Values};
+use scol_mini::IntDivision;
+use std::sync::LazyLock;
+use ts3100_controller::for_each_option;
 use ts3100_controller::limits;
+use ts3100_controller::options::{
+    BadCharacter, CycleWithoutLabel, FieldBus, Malformed, NoPeer, OutOfReach, Reconnect, SfTexts, Strobe,
+    UnknownInput, UnsolicitedSp, WaitAfterStop, WhileSending,
+};
+use ts3100_driver::store::backing::WhenFull;
+use ts3100_driver::tcp::SecondConnection;
+use ts3100_proto::parameter::LineEnd;
+use ts3100_proto::status::eu::YearDigits;
+use ts3100_proto::status::su::SuLayout;
+use ts3100_proto::status::vr::VrLayout;
+use ts3100_proto::text::{Checksum, EndRule, StxRule};
 
 /// Largest RAM drive in bytes: the largest number of files, each of the largest size.
 const MAX_CAPACITY: usize = limits::MAX_FILES * limits::MAX_FILE;
@@ -11,63 +26,92 @@ const fn row(key: &'static str, setting: &'static dyn Setting) -> OptionRow {
     OptionRow { key, setting }
 }
 
-/// Every option, in alphabetical order: key, and the field that it sets.
-pub static OPTIONS: &[OptionRow] = &[
-    row("ac.date", &Field(|o, _| &mut o.ac_date)),
-    row("alarm.out_of_reach", &Field(|o, _| &mut o.out_of_reach)),
+/// The field at a place, with the values of its row.
+macro_rules! setting {
+    (Words $words:tt, $place:expr) => {
+        &Field($place)
+    };
+    (Field (), $place:expr) => {
+        &Field($place)
+    };
+    (Period ($least:literal, $example:literal), $place:expr) => {
+        &Period($least, $example, $place)
+    };
+    (Whole ($unit:literal, $min:expr, $max:expr), $place:expr) => {
+        &Whole($unit, $min, $max, $place)
+    };
+    (Real ($min:expr, $max:expr), $place:expr) => {
+        &Real($min, $max, $place)
+    };
+}
+
+/// The words of a type, if its values have a word each.
+macro_rules! words {
+    (Words { $type:ident: $($value:ident $word:literal),* }) => {
+        impl Value for $type {
+            fn values() -> Values {
+                Values::Words(&[$($word),*])
+            }
+
+            /// `_` counts as `-`, because keys are written with one and values with the other.
+            fn parse(text: &str) -> Option<$type> {
+                match text.replace('_', "-").as_str() {
+                    $($word => Some($type::$value),)*
+                    _ => None,
+                }
+            }
+
+            fn text(&self) -> String {
+                match self {
+                    $($type::$value => $word,)*
+                }
+                .to_owned()
+            }
+        }
+    };
+    ($kind:ident $values:tt) => {};
+}
+
+/// Makes the table of the rows.
+macro_rules! rows {
+    (
+        text {$(
+            $text_key:literal $text_field:ident: $text_type:ty, $text_kind:ident $text_values:tt,
+            field $text_preset:expr, manual $text_manual:expr;
+        )*}
+        own {$(
+            $(#[$doc:meta])*
+            $key:literal $field:ident: $type:ty, $kind:ident $values:tt,
+            field $preset:expr, manual $manual:expr;
+        )*}
+    ) => {
+        $(words! { $text_kind $text_values })*
+        $(words! { $kind $values })*
+
+        static OF_CONTROLLER: &[OptionRow] = &[
+            $(row($text_key, setting!($text_kind $text_values, |options, _| &mut options.text.$text_field)),)*
+            $(row($key, setting!($kind $values, |options, _| &mut options.$field)),)*
+        ];
+    };
+}
+
+for_each_option!(rows);
+
+words! { Words { SecondConnection: Refuse "refuse", Replace "replace" } }
+words! { Words { WhenFull: Refuse "refuse", Memory "memory" } }
+
+static OF_LINKS: &[OptionRow] = &[
     // An answer on the loopback takes about as long.
     row("auto.silence", &Period("0.05ms", "1ms", |_, l| &mut l.silence)),
-    row("channel.no_peer", &Field(|o, _| &mut o.no_peer)),
-    row("channel.reconnect", &Field(|o, _| &mut o.reconnect)),
     // So that dialling does not use up the CPU.
     row("channel.redial", &Period("10ms", "2s", |_, l| &mut l.redial)),
     row("channel.second", &Field(|_, l| &mut l.second)),
-    row("dl.command_ends", &Field(|o, _| &mut o.command_ends_download)),
-    row("do.min_run", &Period("0s", "200ms", |o, _| &mut o.do_min_run)),
-    row(
-        "drive.capacity",
-        &Whole("bytes", 0, MAX_CAPACITY, |o, _| &mut o.drive_capacity),
-    ),
-    row("drive.open_mode", &Field(|o, _| &mut o.open_mode)),
     row("drive.when_full", &Field(|_, l| &mut l.when_full)),
-    row("extensions", &Field(|o, _| &mut o.extensions)),
-    row("input.malformed", &Field(|o, _| &mut o.malformed)),
-    row("io.field_bus", &Field(|o, _| &mut o.field_bus)),
-    row("parameter.line_end", &Field(|o, _| &mut o.line_end)),
-    row("reply.delay", &Field(|o, _| &mut o.reply_delay)),
-    row(
-        "rs.cycle_without_label",
-        &Field(|o, _| &mut o.cycle_without_label),
-    ),
-    row("scol.data_copy", &Field(|o, _| &mut o.data_copy)),
-    row("scol.din_unknown", &Field(|o, _| &mut o.din_unknown)),
-    row(
-        "scol.equal_within",
-        &Real(0.0, 1_000.0, |o, _| &mut o.equal_within),
-    ),
-    row("scol.int_division", &Field(|o, _| &mut o.int_division)),
-    row("scol.reset_locals", &Field(|o, _| &mut o.reset_locals)),
-    row("scol.sticky_work", &Field(|o, _| &mut o.sticky_work)),
-    row("serial.bad_character", &Field(|o, _| &mut o.bad_character)),
-    row("serial.pacing", &Field(|o, _| &mut o.serial_pacing)),
-    row("serial.while_sending", &Field(|o, _| &mut o.while_sending)),
-    row(
-        "servo.interval",
-        &Period("0s", "7s", |o, _| &mut o.servo_interval),
-    ),
-    row("sf.split", &Field(|o, _| &mut o.sf_texts)),
-    row(
-        "sig.low_speed",
-        &Whole("percent", 1, 100, |o, _| &mut o.low_speed),
-    ),
-    row("sig.strobe", &Field(|o, _| &mut o.strobe)),
-    row("sp.unsolicited", &Field(|o, _| &mut o.unsolicited_sp)),
-    row("strict_50ms", &Field(|o, _| &mut o.strict_50ms)),
-    row("su.layout", &Field(|o, _| &mut o.su_layout)),
-    row("text.checksum", &Field(|o, _| &mut o.text.checksum)),
-    row("text.end", &Field(|o, _| &mut o.text.end)),
-    row("text.require_cr", &Field(|o, _| &mut o.require_cr)),
-    row("text.stx", &Field(|o, _| &mut o.text.stx)),
-    row("vr.layout", &Field(|o, _| &mut o.vr_layout)),
-    row("wait.after_stop", &Field(|o, _| &mut o.wait_after_stop)),
 ];
+
+/// Every option, in alphabetical order.
+pub static OPTIONS: LazyLock<Vec<OptionRow>> = LazyLock::new(|| {
+    let mut rows = [OF_CONTROLLER, OF_LINKS].concat();
+    rows.sort_by_key(|row| row.key);
+    rows
+});

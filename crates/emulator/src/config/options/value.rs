@@ -1,23 +1,13 @@
 //! Reading and writing the values of the named options, by the type of their field.
 
 use super::Values;
-use scol_mini::IntDivision;
 use std::fmt::Display;
 use std::str::FromStr;
 use std::time::Duration;
 use ts3100_controller::Options;
-use ts3100_controller::options::{
-    BadCharacter, CycleWithoutLabel, FieldBus, Malformed, NoPeer, OutOfReach, Reconnect, SfTexts, Strobe,
-    UnknownInput, UnsolicitedSp, WaitAfterStop, WhileSending,
-};
 use ts3100_controller::time::{parse_duration, parse_duration_in};
-use ts3100_driver::store::backing::WhenFull;
-use ts3100_driver::tcp::{LinkOptions, SecondConnection};
-use ts3100_proto::parameter::{LineEnd, OpenMode};
-use ts3100_proto::status::eu::YearDigits;
-use ts3100_proto::status::su::SuLayout;
-use ts3100_proto::status::vr::VrLayout;
-use ts3100_proto::text::{Checksum, EndRule, StxRule};
+use ts3100_driver::tcp::LinkOptions;
+use ts3100_proto::parameter::OpenMode;
 
 /// The field of an option.
 pub(super) type Place<T> = for<'a> fn(&'a mut Options, &'a mut LinkOptions) -> &'a mut T;
@@ -55,58 +45,6 @@ impl<T: Value> Setting for Field<T> {
     fn text(&self, options: &mut Options, links: &mut LinkOptions) -> String {
         self.0(options, links).text()
     }
-}
-
-/// Values that have a word each.
-macro_rules! words {
-    ($($type:ident { $($value:ident $word:literal),* })*) => {$(
-        impl Value for $type {
-            fn values() -> Values {
-                Values::Words(&[$($word),*])
-            }
-
-            /// `_` counts as `-`, because keys are written with one and values with the other.
-            fn parse(text: &str) -> Option<$type> {
-                match text.replace('_', "-").as_str() {
-                    $($word => Some($type::$value),)*
-                    _ => None,
-                }
-            }
-
-            fn text(&self) -> String {
-                match self {
-                    $($type::$value => $word,)*
-                }
-                .to_owned()
-            }
-        }
-    )*};
-}
-
-words! {
-    BadCharacter { Drop "drop", Keep "keep" }
-    Checksum { None "none", Sum "sum" }
-    CycleWithoutLabel { AsStep "as-step", Ng "ng" }
-    EndRule { Etx "etx", Cr "cr", Detect "detect" }
-    FieldBus { Absent "absent", Present "present" }
-    IntDivision { Truncate "truncate", Real "real" }
-    LineEnd { Lf "lf", Cr "cr" }
-    Malformed { Alarm "alarm", LeadingNumber "leading-number" }
-    NoPeer { Alarm "alarm", Silent "silent" }
-    OutOfReach { Level8 "8-035", Level4 "4-101" }
-    Reconnect { Keep "keep", Release "release" }
-    SecondConnection { Refuse "refuse", Replace "replace" }
-    SfTexts { One "one", Several "several" }
-    Strobe { Free "free", Required "required" }
-    StxRule { Detect "detect", Required "required" }
-    SuLayout { OneRecord "one-record", SixRecords "six-records" }
-    UnknownInput { Alarm "alarm", Zero "zero" }
-    UnsolicitedSp { Auto "auto", Always "true", Never "false" }
-    VrLayout { Blanks "blanks", Packed "packed" }
-    WaitAfterStop { Next "next", Again "again" }
-    WhenFull { Refuse "refuse", Memory "memory" }
-    WhileSending { Lost "lost", Kept "kept" }
-    YearDigits { Four "yyyy", Two "yy" }
 }
 
 impl Value for bool {
