@@ -45,6 +45,7 @@ mod old_names;
 mod options;
 mod pass_and_pause;
 mod permissions;
+mod pieces;
 mod polling_independence;
 mod ports;
 mod power;

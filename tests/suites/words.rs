@@ -1,9 +1,10 @@
 //! The vocabulary of the code: words that names and comments of `crates/*/src` and `tests` do not use, because they are
 //! metaphors of the first build that a reader from the field does not know.
 //!
-//! Identifiers are split at underscores and capitals. Strings are read by `prose.rs`, as the pages are. Other house rules are
-//! in `house.rs`.
+//! Identifiers are split at underscores and capitals. Strings and doc comments are read by `prose.rs`, as the pages are.
+//! Other house rules are in `house.rs`.
 
+use super::pieces::{Piece, Pieces, RUST};
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
 
@@ -93,92 +94,6 @@ fn root() -> PathBuf {
     PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("..")
 }
 
-/// A piece of a source and the line it begins on.
-pub type Piece<'a> = (usize, &'a str);
-
-/// What a source is made of.
-#[derive(Default)]
-pub struct Pieces<'a> {
-    /// Without strings and comments.
-    pub code: Vec<Piece<'a>>,
-    pub comments: Vec<Piece<'a>>,
-    /// With their quotes.
-    pub strings: Vec<Piece<'a>>,
-}
-
-pub fn pieces(source: &str) -> Pieces<'_> {
-    let Pieces {
-        mut code,
-        mut comments,
-        mut strings,
-    } = Pieces::default();
-    let (mut rest, mut line) = (source, 1);
-    while !rest.is_empty() {
-        let length = match rest.find(['/', '"', '\'']) {
-            Some(0) => {
-                let (length, is_comment) = special(rest, source.len() - rest.len(), source);
-                if is_comment {
-                    comments.push((line, &rest[..length]));
-                } else if rest.starts_with('"') {
-                    strings.push((line, &rest[..length]));
-                }
-                length
-            }
-            found => {
-                let length = found.unwrap_or(rest.len());
-                code.extend((line..).zip(rest[..length].split('\n')));
-                length
-            }
-        };
-        line += rest[..length].matches('\n').count();
-        rest = &rest[length..];
-    }
-    Pieces {
-        code,
-        comments,
-        strings,
-    }
-}
-
-/// The length of what begins with `/`, `"` or `'` here, and whether it is a comment.
-fn special(rest: &str, at: usize, source: &str) -> (usize, bool) {
-    if rest.starts_with("//") {
-        return (rest.find('\n').unwrap_or(rest.len()), true);
-    }
-    if let Some(inside) = rest.strip_prefix('"') {
-        let before = &source[..at];
-        let hashes = before.len() - before.trim_end_matches('#').len();
-        let raw = before[..at - hashes].ends_with('r');
-        let end = if raw {
-            format!("\"{}", "#".repeat(hashes))
-        } else {
-            "\"".to_string()
-        };
-        let mut from = 0;
-        while let Some(found) = inside[from..].find(&end) {
-            let upto = &inside[..from + found];
-            let escapes = upto.len() - upto.trim_end_matches('\\').len();
-            if raw || escapes % 2 == 0 {
-                return (1 + upto.len() + end.len(), false);
-            }
-            from += found + 1;
-        }
-        return (rest.len(), false);
-    }
-    // A character, as against a lifetime: `'"'`, `'\''`.
-    let mut characters = rest.char_indices().skip(1);
-    let escaped = characters.next().is_some_and(|(_, first)| first == '\\');
-    let end = if escaped {
-        rest[3.min(rest.len())..].find('\'').map(|end| end + 4)
-    } else {
-        characters
-            .next()
-            .filter(|(_, second)| *second == '\'')
-            .map(|(end, _)| end + 1)
-    };
-    (end.filter(|_| rest.starts_with('\'')).unwrap_or(1), false)
-}
-
 /// The words of an identifier in lower case: `SendQueue`, `send_queue` and `SEND_QUEUE` are `send` and `queue`.
 fn words(text: &str) -> Vec<String> {
     let mut words = vec![String::new()];
@@ -205,7 +120,7 @@ fn words_are_found_in_identifiers_and_comments_but_not_in_strings() {
         code,
         comments,
         strings,
-    } = pieces(source);
+    } = RUST.pieces(source);
     let found = |pieces: Vec<Piece>| -> Vec<(usize, &str)> {
         let all = WORDS.iter().flat_map(|(words, _)| *words);
         let in_piece = |piece: &str, word: &&&str| words(piece).iter().any(|found| found == **word);
@@ -228,7 +143,7 @@ fn offenders(path: &Path, source: &str, found: &mut String) {
         let mut rows = ALLOWED.iter();
         rows.any(|(place, allowed, _)| name.contains(place) && (allowed.is_empty() || *allowed == word))
     };
-    let Pieces { code, comments, .. } = pieces(source);
+    let Pieces { code, comments, .. } = RUST.pieces(source);
     for (line, piece) in code.iter().chain(&comments) {
         for word in words(piece) {
             let row = WORDS.iter().find(|(words, _)| words.contains(&word.as_str()));
