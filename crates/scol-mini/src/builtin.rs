@@ -1,7 +1,7 @@
-//! The words of the language: functions, constants, system variables, and the words that are reserved.
+//! The words of the language: functions, constants, system variables and reserved words.
 //!
-//! Each word has one row here, with its arguments. What functions compute is left to `machine::functions`, what system
-//! variables read to `machine::evaluate`, and where a word may stand to `parser`.
+//! Each word has one row here, with its arguments. What functions compute is left to `machine::functions`, the values
+//! of system variables to `machine::evaluate`, and the place of a word to `parser`.
 
 use crate::options::Arm;
 use crate::value::ValueKind;
@@ -125,7 +125,7 @@ impl Builtin {
         spelling(Self::WORDS, self)
     }
 
-    /// It makes a vector value: arguments left out are 0.
+    /// Whether it makes a vector value; omitted arguments are 0.
     pub fn is_vector(self) -> bool {
         matches!(self, Builtin::Point | Builtin::Trans | Builtin::Payload)
     }
@@ -236,8 +236,7 @@ pub(crate) fn is_reserved(word: &str, arm: Arm) -> bool {
         || constant(word, arm).is_some()
 }
 
-/// The words of the language that have a spelling of their own: what may be suggested, and what programs of ours
-/// have to use.
+/// All words with a fixed spelling: candidates for suggestions, and the words that the test programs have to cover.
 pub(crate) fn words<'a>() -> impl Iterator<Item = &'a str> {
     fn of<'a, T>(table: &'a [(&'a str, T)]) -> impl Iterator<Item = &'a str> {
         table.iter().map(|(word, _)| *word)

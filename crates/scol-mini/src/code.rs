@@ -54,7 +54,7 @@ pub(crate) enum Op {
     /// The end of a formula.
     Done,
     Jump(Target),
-    /// Passes over so many instructions, the formulas of the one after them.
+    /// Skips this many instructions: the formulas of the instruction after them.
     Skip(u32),
     /// Enters the program that begins with this step, with the arguments of the operation of the step.
     Call(u32),
@@ -82,14 +82,14 @@ pub(crate) enum Op {
         to: Register,
         a: Register,
     },
-    /// Goes on where the relation holds, to `target` where it does not.
+    /// Continues if the relation holds, otherwise jumps to `target`.
     Branch {
         relation: Relation,
         a: Register,
         b: Register,
         target: Target,
     },
-    /// Goes on unless `a` is 0.
+    /// Continues unless `a` is 0.
     Truth {
         a: Register,
         target: Target,
@@ -134,7 +134,7 @@ pub(crate) enum Op {
         parameter: Option<u32>,
         a: Register,
     },
-    /// A computed GOTO: `count` targets from `first`; goes on when `a` names none of them.
+    /// A computed GOTO: `count` targets from `first`; continues when `a` names none of them.
     Choose {
         a: Register,
         first: u32,

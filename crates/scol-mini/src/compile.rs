@@ -115,7 +115,7 @@ fn duplicates<'a>(names: impl Iterator<Item = &'a Name>, what: &str, sink: &mut 
     let mut seen = BTreeSet::new();
     for name in names.filter(|name| !name.text.is_empty()) {
         if !seen.insert(name.text.as_str()) {
-            let message = format!("the {what} {} stands twice", name.text);
+            let message = format!("the {what} {} appears twice", name.text);
             sink.push(Diagnostic::new("E0205", name.span, message));
         }
     }

@@ -51,7 +51,7 @@ pub struct Conditions {
     pub work: Frame,
     /// Selected load and the name of its data; `None` after `FREELOAD`.
     pub payload: Option<(Option<String>, Payload)>,
-    /// `ENABLE NOWAIT`: statements after a motion go on once it has started.
+    /// `ENABLE NOWAIT`: the program continues once a motion has started.
     pub nowait: bool,
     /// Overlap ratio of `PASS` in percent, 0 to 100; it holds while `passing`.
     pub pass: f64,

@@ -15,9 +15,9 @@ use crate::{MAX_FOR_NESTING, MAX_LINE, MAX_SOURCE};
 /// Blanks of one level.
 const INDENT: usize = 2;
 
-/// The source laid out anew, with LF, CR or CR LF as its first line ends. Formatting twice is the same as once.
+/// Formats a source; its line ends become that of its first line (LF, CR or CR LF). Formatting is idempotent.
 ///
-/// A file longer than [`MAX_SOURCE`], or that would become so, comes back as it is.
+/// A file that is longer than [`MAX_SOURCE`], or would become so, is returned unchanged.
 ///
 /// ```
 /// let tidy = scol_mini::format("program t\nfor i=1 to 3\nprint i,cr 'count\nnext\nend\n");
@@ -184,7 +184,7 @@ fn upper_remark(comment: &str) -> String {
     }
 }
 
-/// `7CHECK`: a number and a name that nothing parts are no statement; where to part them is for people to say.
+/// `7CHECK`: a number directly before a name is not a statement; only the author knows where to divide them.
 fn stuck(pair: &[Lexeme]) -> bool {
     let wordy = |lexeme: &Lexeme| matches!(lexeme.token, Token::Word(_) | Token::Integer(_) | Token::Real(_));
     match pair {

@@ -128,14 +128,14 @@ fn check_characters(source: &str, line: Span, longest: usize) -> Result<(), Diag
     let text = line.text(source);
     if text.len() > longest {
         let found = text.len();
-        let message = format!("the line has {found} characters, at most {longest} are possible");
+        let message = format!("the line has {found} characters; at most {longest} are allowed");
         return Diagnostic::fail("E0005", line, message);
     }
     for (at, c) in text.char_indices() {
         let start = line.start + at;
         let span = Span::new(start, start + c.len_utf8());
         if c == '\t' {
-            return Err(Diagnostic::new("E0003", span, "a file holds no tab codes").help("use blanks"));
+            return Err(Diagnostic::new("E0003", span, "tabs are not allowed").help("use spaces"));
         }
         if !c.is_ascii() {
             let message = format!("expected an ASCII character, found \"{c}\"");
@@ -161,7 +161,7 @@ fn token(rest: &str, at: usize) -> Result<(Token, usize), Diagnostic> {
     }
     if let Some(tail) = rest.strip_prefix('"') {
         let Some((text, _)) = tail.split_once('"') else {
-            let message = "a text ends with a double quote, found the end of the line";
+            let message = "expected a closing double quote, found the end of the line";
             return Diagnostic::fail("E0006", Span::new(at, at + rest.len()), message);
         };
         return Ok((Token::Text(text.to_string()), text.len() + 2));
@@ -185,7 +185,7 @@ fn word(rest: &str, at: usize) -> Result<(Token, usize), Diagnostic> {
     if tail.starts_with('$') {
         let span = Span::new(at, at + text.len() + 1);
         let problem = Diagnostic::new("E0107", span, format!("{word}$: there are no string variables"));
-        return Err(problem.help("a text can only stand between double quotes in a PRINT"));
+        return Err(problem.help("a string between double quotes can only be an item of PRINT"));
     }
     Ok((Token::Word(word), text.len()))
 }

@@ -16,9 +16,8 @@ use crate::outline::Outline;
 use crate::points::TaughtPoint;
 use crate::{Compilation, MAX_SOURCE, compile_with_points};
 
-/// Compiles a file and warns of what is legal and likely wrong in it, in the order of the source, at most
-/// [`MAX_DIAGNOSTICS`] remarks. Names that nobody uses are only reported when there is no error: the line that
-/// uses one may be the broken one.
+/// Compiles a file and adds warnings about legal but suspicious code, in source order; at most [`MAX_DIAGNOSTICS`] in
+/// all. Unused names are reported only when there is no error: the broken line may be the one that uses them.
 pub fn check(source: &str, options: &LanguageOptions) -> Compilation {
     check_with_points(source, options, &[])
 }

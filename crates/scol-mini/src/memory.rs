@@ -23,7 +23,7 @@ pub(crate) const MAIN_TASK: u16 = 1;
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum AccessError {
     /// No variable has this name.
-    #[error("no variable is called {0}")]
+    #[error("no variable has the name {0}")]
     Unknown(String),
     /// The name is a variable of a program only.
     #[error("{0} is a variable of a program, not of GLOBAL or DATA")]
@@ -41,7 +41,7 @@ pub enum AccessError {
     /// Wrong number of subscripts, or one out of bounds.
     #[error("{0} has no such element")]
     Subscript(String),
-    /// Subscripts on something that is no array.
+    /// Subscripts on a variable that is not an array.
     #[error("{0} is not an array")]
     NotArray(String),
     /// An array without subscripts.
@@ -54,7 +54,7 @@ pub enum AccessError {
     #[error("the source does not declare {0}")]
     NotInSource(String),
     /// `rewrite_value`: a number is not finite or beyond the range of a real.
-    #[error("a number for {0} is too large to be written down")]
+    #[error("a number for {0} is too large for the source")]
     TooLarge(String),
 }
 
@@ -73,11 +73,11 @@ pub struct Memory {
     /// Fingerprint of the program.
     source: u64,
     cells: Cells,
-    /// The kind of each slot, fixed by a declaration or the first assignment.
+    /// The type of each slot, fixed by a declaration or the first assignment.
     kinds: Vec<Option<ValueKind>>,
-    /// The values that are no numbers.
+    /// The values that are not numbers.
     vectors: Vec<Value>,
-    /// Places among them that nothing holds any more.
+    /// Unused places among them.
     free: Vec<u32>,
     /// The task whose variables of programs are in the cells.
     task: u16,
@@ -148,7 +148,7 @@ impl Memory {
         memory
     }
 
-    /// Gives these variables, which have none, their first values.
+    /// Gives these variables their first values; they have none yet.
     fn begin(&mut self, slots: &[Slot]) {
         for slot in slots {
             if let Some(zero) = slot.kind.filter(|_| slot.zeroed).map(ValueKind::zero) {
@@ -191,7 +191,7 @@ impl Memory {
         value.ok_or_else(|| AccessError::Undefined(name.to_ascii_uppercase()))
     }
 
-    /// Writes a variable of GLOBAL or DATA. The kind must fit exactly; nothing is converted.
+    /// Writes a variable of GLOBAL or DATA. The type must match exactly; nothing is converted.
     ///
     /// A position without a coordinate system of its own keeps that of the position it replaces.
     ///
@@ -223,7 +223,7 @@ impl Memory {
         &self.conditions
     }
 
-    /// The motion conditions, to change.
+    /// The motion conditions, mutable.
     pub fn conditions_mut(&mut self) -> &mut Conditions {
         &mut self.conditions
     }
@@ -263,7 +263,7 @@ impl Memory {
         }
     }
 
-    /// Stores a value that fits the kind; the first one fixes it. A slot this memory lacks is left alone.
+    /// Stores a value of the right type; the first value fixes the type. A slot that this memory lacks is ignored.
     pub(crate) fn store(&mut self, program: &Program, slot: usize, cell: usize, value: Value) {
         let Some(kind) = self.kinds.get_mut(slot) else {
             return;

@@ -1,6 +1,6 @@
 //! The options of the language: the arm, and the readings of the manual that a user can choose between.
 //!
-//! Who chooses them, and from which configuration, is left to the caller.
+//! The caller chooses them.
 
 /// Kind of arm, which decides how many coordinates a position has.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -44,7 +44,7 @@ pub struct LanguageOptions {
     /// `true`: a program that assigns to a name of DATA has a copy of its own; `false`: it changes the datum for all
     /// programs.
     pub data_copy: bool,
-    /// Reals that differ by so much or less are equal in a comparison, and so neither less nor greater than each other.
-    /// 0: only equal numbers are equal. Integers are always compared exactly.
+    /// Tolerance of comparisons: reals that differ by at most this are equal, neither less nor greater. 0: only equal
+    /// numbers are equal. Integers are always compared exactly.
     pub equal_within: f32,
 }

@@ -1,4 +1,4 @@
-//! A file as rows of tokens, sorted into its blocks: what lints and suggestions look at.
+//! A file as rows of tokens, sorted into its blocks, for lints and suggestions.
 //!
 //! It is made of tokens alone, so it also covers lines that do not parse. What a row means is not checked here.
 
@@ -198,7 +198,7 @@ impl Row {
         if self.is_bare() { "POINT" } else { self.head() }
     }
 
-    /// The name of a line of DATA that is no WORK.
+    /// The name of a line of DATA other than WORK.
     pub fn datum(&self) -> Option<(&str, Span)> {
         let named = self.body.get(usize::from(!self.is_bare()))?;
         let is_datum = self.head() != "WORK" && !named.word().is_empty();
@@ -238,7 +238,7 @@ pub(crate) fn sign(lexeme: Option<&Lexeme>) -> Option<Sign> {
     Some(sign)
 }
 
-/// The names among tokens: words that are not reserved and no letter of a coordinate.
+/// The names among tokens: words that are neither reserved nor the letter of a coordinate.
 pub(crate) fn names(tokens: &[Lexeme], arm: Arm) -> impl Iterator<Item = (&str, Span)> {
     tokens.iter().enumerate().filter_map(move |(at, lexeme)| {
         let letter = at > 0 && sign(tokens.get(at - 1)) == Some(Sign::Dot);

@@ -179,10 +179,10 @@ impl<'a> Cursor<'a> {
         self.word(word).then_some(()).ok_or_else(|| self.expected(word))
     }
 
-    /// A name that is no word of the language. The configuration words of the other arm are free.
+    /// A name other than a word of the language. The configuration words of the other arm are free.
     ///
     /// # Errors
-    /// E0101 where no word stands, E0208 for a word of the language; `what` says what the name is for.
+    /// E0101 without a word, E0208 for a word of the language; `what` says what the name is for.
     pub fn name(&mut self, what: &str) -> Result<Name, Diagnostic> {
         let (word, span) = (self.peek_word(), self.span());
         if word.is_empty() {
@@ -210,7 +210,7 @@ impl<'a> Cursor<'a> {
         let found = match self.peek() {
             None => "the end of the line".to_string(),
             Some(Token::Word(word)) => word.clone(),
-            Some(Token::Text(_)) => "a text".to_string(),
+            Some(Token::Text(_)) => "a string".to_string(),
             Some(_) => format!("\"{}\"", self.span().text(self.source)),
         };
         Diagnostic::new("E0101", self.span(), format!("expected {what}, found {found}"))

@@ -56,7 +56,7 @@ pub struct PointsError {
 /// undefined.
 ///
 /// # Errors
-/// [`PointsError`] of the first line that is no point.
+/// [`PointsError`] of the first line that is not a point.
 pub fn parse_points(table: &str, arm: Arm) -> Result<Vec<TaughtPoint>, PointsError> {
     let table = table.strip_prefix('\u{FEFF}').unwrap_or(table);
     let mut points = Vec::new();
@@ -155,7 +155,7 @@ impl<'a> Row<'a> {
             return Err(self.wrong(0, expected));
         }
         if builtin::is_reserved(&name, arm) {
-            return Err(self.wrong(0, "a name that is no word of the language"));
+            return Err(self.wrong(0, "a name other than a word of the language"));
         }
         let mut position = Position::default();
         let width = ValueKind::Position.width(arm);
@@ -167,7 +167,9 @@ impl<'a> Row<'a> {
         }
         position.config = configuration(self.field(width + 1), arm).ok_or_else(|| {
             let expected = match arm {
-                Arm::SixAxis => "a configuration: five digits 0 to 2, five letters such as LAFSS, or nothing",
+                Arm::SixAxis => {
+                    "a configuration: five digits 0 to 2, five letters (for example LAFSS), or nothing"
+                }
                 Arm::Scara => "a configuration: LEFTY, RIGHTY, FREE, 0 to 2, or nothing",
             };
             self.wrong(width + 1, expected)
@@ -265,7 +267,7 @@ mod tests {
             (
                 Arm::Scara,
                 "MOVE,1,,,,,",
-                "1:1: expected a name that is no word of the language, found `MOVE`",
+                "1:1: expected a name other than a word of the language, found `MOVE`",
             ),
             (
                 Arm::Scara,

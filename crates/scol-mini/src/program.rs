@@ -63,7 +63,7 @@ pub(crate) struct Step {
 pub(crate) enum Operation {
     Simple(Simple),
     Wait(Expression),
-    /// Goes on when true, to `otherwise` when false.
+    /// Continues when true, jumps to `otherwise` when false.
     Branch {
         condition: Expression,
         otherwise: usize,

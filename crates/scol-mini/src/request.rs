@@ -1,5 +1,4 @@
-//! The interface between a running program and the world: why the machine paused, what it asks for, what it gets, and which
-//! fault it met.
+//! The interface between a running program and the world: pauses, requests, answers and faults.
 //!
 //! Nothing here does anything: serving a request is left to the caller. `machine::request_values` makes the requests.
 
@@ -31,11 +30,11 @@ pub trait Inputs {
     fn timer(&self) -> f64 {
         0.0
     }
-    /// `MOTIONT`: how long the present motion has gone on, in seconds; 0 when the arm is at rest.
+    /// `MOTIONT`: seconds since the present motion began; 0 when the arm is at rest.
     fn motion_seconds(&self) -> f64 {
         0.0
     }
-    /// `REMAINT`: how long the present motion will still go on, in seconds; 0 when the arm is at rest.
+    /// `REMAINT`: remaining seconds of the present motion; 0 when the arm is at rest.
     fn remaining_seconds(&self) -> f64 {
         0.0
     }
@@ -45,15 +44,15 @@ pub trait Inputs {
     }
 }
 
-/// Why the machine returned.
+/// The reason for which the machine returned.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Pause {
     /// The fuel is used up, or the caller has to act (a new monitor, another coordinate system); the machine is before a
     /// statement.
     Fuel,
-    /// The statement under way wants something; give it with `answer`.
+    /// The current statement makes a request; reply with `answer`.
     Request(Request),
-    /// The condition of a `WAIT` is false; run again to look again.
+    /// The condition of a `WAIT` is false; run again to evaluate it again.
     Waiting,
     /// The main program has come to its `END` (or `RETURN`).
     Ended,
@@ -116,11 +115,11 @@ pub enum Request {
     Break,
     /// `PAUSE`: hold the motion.
     Pause,
-    /// `RESUME`: let a motion held by `PAUSE` go on.
+    /// `RESUME`: continue a motion held by `PAUSE`.
     Resume,
     /// `TIMER = ...`: set the timer, in seconds.
     SetTimer {
-        /// The value it counts on from.
+        /// The new value of the timer.
         seconds: f64,
     },
     /// `TASK`: start a program; the answer is its task ID.
@@ -147,13 +146,13 @@ pub enum Request {
 pub enum Answer {
     /// The request was served.
     Done,
-    /// The numbers of an `INPUT`, exactly as many as expected; the ID of a `TASK`.
+    /// The numbers of an `INPUT`, exactly as many as expected, or the ID of a `TASK`.
     Values(Vec<Number>),
-    /// The `INPUT` was cut short: what came until then; the other variables become 0 (INP-10).
+    /// The numbers of an `INPUT` that was cut short; the other variables become 0 (INP-10).
     Cancelled(Vec<Number>),
 }
 
-/// A motion with everything that shapes it.
+/// A motion with its conditions.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Motion {
     pub path: Path,
@@ -161,7 +160,7 @@ pub struct Motion {
     pub conditions: Conditions,
     /// `WITH` sets ACCEL or DECEL to this many percent, more than [`FULL`](crate::FULL); the greater of the two.
     pub over_full: Option<f64>,
-    /// `WITH` names a coordinate system: those of `conditions` hold while the motion is under way, and no longer.
+    /// `WITH` names a coordinate system: those of `conditions` apply during this motion only.
     pub own_frames: bool,
 }
 

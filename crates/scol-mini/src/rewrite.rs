@@ -99,7 +99,7 @@ impl<'a> Rewriter<'a> {
         self.file.data.iter().find(|datum| datum.name.text == name)
     }
 
-    /// Whether both are written the same way; a position does not say where its WORK lies.
+    /// Whether both have the same spelling; a position is written without its WORK.
     fn same(&self, a: &Value, b: &Value) -> bool {
         match (a, b) {
             (Value::Position(a), Value::Position(b)) => a.listed(self.arm) == b.listed(self.arm),

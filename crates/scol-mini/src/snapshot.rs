@@ -27,7 +27,7 @@ pub enum RestoreError {
         found: u64,
     },
     /// No run of the program leads to this state.
-    #[error("the state does not fit the program: {0}")]
+    #[error("the state does not match the program: {0}")]
     Invalid(String),
 }
 

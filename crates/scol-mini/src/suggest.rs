@@ -1,4 +1,4 @@
-//! Suggestions for errors: the word that was probably meant, the first of two declarations, the END that is missing.
+//! Suggestions for errors: the word that was probably meant, the first of two declarations, the missing END.
 //!
 //! It works on finished diagnostics and on the rows of `outline`; finding errors is left to the compiler.
 
@@ -12,9 +12,9 @@ use crate::outline::{Outline, Part, Row, names};
 use crate::program::Program;
 use crate::{MAX_LINE, MAX_SOURCE};
 
-/// Longest word that is compared with others.
+/// Longest word for which a suggestion is sought.
 const MAX_WORD: usize = 24;
-/// Most words one misspelt word is compared with.
+/// Most words that a misspelt word is compared with.
 const MAX_CANDIDATES: usize = 1_000;
 /// Words of channels of other generations, or close to one.
 pub(crate) const CHANNELS: &[&str] = &["COM0", "COM2", "COM3", "IP0", "IP3", "IP4", "HOST", "TTY"];
@@ -51,9 +51,13 @@ pub(crate) fn attach_direct(statement: &str, base: &Program, diagnostics: &mut [
         let found = suggester.text(diagnostic.span);
         let remedy = match diagnostic.code {
             "E0101" | "E0206" if suggester.has_decimal_comma(diagnostic) => {
-                Some("a comma separates values; the decimal sign is a point, as in 0.5".into())
+                Some("a comma separates values; write decimals with a point, as in 0.5".into())
             }
-            "E0101" | "E0103" => suggester.keyword(diagnostic),
+            "E0101" | "E0103" | "E0002" => suggester.foreign_sign(diagnostic).map(Into::into).or_else(|| {
+                let word = foreign(&found).filter(|_| diagnostic.code == "E0103");
+                word.or_else(|| suggester.keyword(diagnostic))
+                    .or_else(|| fixed(diagnostic.code))
+            }),
             "E0201" if !CHANNELS.contains(&found.as_str()) => {
                 let systems = builtin::words().filter(|word| System::from_word(word).is_some());
                 let names = base.symbols.shared.keys().map(String::as_str);
@@ -84,9 +88,14 @@ impl Suggester<'_> {
         let part = self.outline.part_of(diagnostic.line);
         let own = match diagnostic.code {
             "E0101" if diagnostic.message.ends_with("found \":\"") => {
-                Some("a line holds one statement; a label stands at its beginning".into())
+                Some("put one statement on a line; a label begins the line".into())
             }
-            "E0101" | "E0301" => self.keyword(diagnostic),
+            "E0002" => self.foreign_sign(diagnostic).map(Into::into),
+            "E0101" => {
+                let sign = self.foreign_sign(diagnostic).map(Into::into);
+                sign.or_else(|| self.keyword(diagnostic))
+            }
+            "E0301" => self.keyword(diagnostic),
             "E0103" => foreign(&found).or_else(|| self.keyword(diagnostic)),
             "E0201" => self.name(&found, part, diagnostic),
             "E0202" => self.label(&found, part?),
@@ -103,11 +112,11 @@ impl Suggester<'_> {
             }
             "E0205" => self.first(&found, part, diagnostic),
             "E0302" if diagnostic.message.starts_with("expected") => {
-                Some("every GLOBAL, PROGRAM and DATA is closed by an END of its own".into())
+                Some("close every GLOBAL, PROGRAM and DATA with its own END".into())
             }
             "E0302" => {
                 let last = lines(self.source).len();
-                Some(format!("add END after line {last}, where the file ends"))
+                Some(format!("add END after line {last}"))
             }
             _ => None,
         };
@@ -130,6 +139,25 @@ impl Suggester<'_> {
             }
             _ => (0..source.len()).any(is_one),
         }
+    }
+
+    /// Remedy for an operator or a sign of another language at the place of the error.
+    fn foreign_sign(&self, diagnostic: &Diagnostic) -> Option<&'static str> {
+        let (before, rest) = self.source.split_at_checked(diagnostic.span.start)?;
+        let begins = |signs: &[&str]| signs.iter().any(|sign| rest.starts_with(sign));
+        Some(match rest.trim_start_matches(' ').bytes().next()? {
+            b'=' if before.ends_with(':') => "assign with \"=\": NAME = value",
+            _ if begins(&["+=", "-=", "*=", "/=", "++", "--"]) => "write it out: N = N + 1",
+            b'/' if begins(&["/*"]) || before.ends_with('/') => "begin a comment with REMARK or '",
+            b'\'' => "put a string between double quotes; ' begins a comment",
+            b'|' => "use OR",
+            b'&' => "use AND",
+            b'!' => "use NOT",
+            b'%' => "use MOD for a remainder",
+            b';' => "remove it: a statement ends with its line",
+            b'#' => "remove it: a channel is TP, COM1, IP1 or IP2; a comment begins with REMARK or '",
+            _ => return None,
+        })
     }
 
     fn text(&self, span: Span) -> String {
@@ -168,10 +196,10 @@ impl Suggester<'_> {
 
     fn name(&self, found: &str, part: Option<&Part>, diagnostic: &Diagnostic) -> Option<String> {
         if CHANNELS.contains(&found) {
-            return Some("the channels of a program are TP, COM1, IP1 and IP2".into());
+            return Some("use TP, COM1, IP1 or IP2".into());
         }
         let shared = self.outline.shared();
-        let call = diagnostic.message.contains("no array and no function");
+        let call = diagnostic.message.contains("neither an array nor a function");
         let words = builtin::words().filter(|word| match call {
             true => Builtin::from_word(word).is_some(),
             false => System::from_word(word).is_some(),
@@ -228,32 +256,32 @@ impl Suggester<'_> {
 /// Remedies that depend on the code alone.
 fn fixed(code: &str) -> Option<String> {
     let remedy = match code {
-        "E0002" => "one statement a line; a text stands between double quotes, a comment after '",
-        "E0004" => "a file holds ASCII characters only, in comments too",
-        "E0006" => "close the text with \" on the same line; a text cannot hold a double quote",
-        "E0001" => "divide it into several files, of which one is selected at a time",
-        "E0005" => "make it several statements: a file has no continuation of lines",
-        "E0007" => "an integer has 32 bits; a real reaches to 3.4E38",
-        "E0009" => "correct those above first",
+        "E0002" => "remove it; strings are written between double quotes, comments after '",
+        "E0004" => "use ASCII characters only, in comments too",
+        "E0006" => "close the string with \" on the same line; a string cannot contain a double quote",
+        "E0001" => "divide it into several files; the host selects one at a time",
+        "E0005" => "split it into several statements: a statement cannot continue on the next line",
+        "E0007" => "use at most 2147483647 for an integer or 3.4E38 for a real",
+        "E0009" => "correct the errors above first",
         "E0102" => "put CR last, or begin another PRINT",
-        "E0104" => "assign the inner part to a variable before, or move it to a subprogram",
+        "E0104" => "assign the inner part to a variable first, or move it to a subprogram",
         "E0205" => "remove or rename one of them",
-        "E0207" => "POINT(...), TRANS(...) and PAYLOAD(...) make vector values, P.X is a number",
+        "E0207" => {
+            "use POINT(...), TRANS(...) or PAYLOAD(...) for a position, a coordinate system or a load; P.X is a number"
+        }
         "E0208" => "choose another name",
         "E0210" => "give it a constant here, and compute it at the beginning of the main program",
-        "E0212" => "DIM NAME(n) declares an array; its elements are NAME(0) to NAME(n)",
-        "E0213" => "as many subscripts as in DIM, each from 0 to the number there",
+        "E0212" => "declare an array with DIM NAME(n); its elements are NAME(0) to NAME(n)",
+        "E0213" => "use as many subscripts as in DIM, each from 0 to the number there",
         "E0214" => "make the arrays smaller",
         "E0215" => "close the loop with NEXT and its variable",
         "E0216" => "remove it, or write the FOR that it closes",
-        "E0217" => "loops are closed in the opposite order of their beginning",
-        "E0301" => {
-            "a file is GLOBAL, then the PROGRAM blocks, then DATA, each of the first and the last once at most"
-        }
+        "E0217" => "close the inner loop first",
+        "E0301" => "order the file: GLOBAL (at most once), the PROGRAM blocks, DATA (at most once)",
         "E0303" => "remove it, or write the GLOBAL, PROGRAM or DATA that it closes",
-        "E0304" => "a file begins with PROGRAM and a name, and is closed by END",
-        "E0401" => "remove those at the end; numbers left out are 0",
-        "E0402" => "the digits are shoulder, elbow, wrist, axis 4, axis 6; 0 leaves one open",
+        "E0304" => "begin with PROGRAM NAME and close it with END",
+        "E0401" => "remove the surplus numbers at the end; omitted numbers are 0",
+        "E0402" => "write the digits of shoulder, elbow, wrist, axis 4 and axis 6; 0 leaves one open",
         "E0403" => "shorten it: hosts reach names of at most 10 characters",
         _ => return None,
     };
@@ -264,22 +292,26 @@ fn fixed(code: &str) -> Option<String> {
 fn foreign(word: &str) -> Option<String> {
     let remedy = match word {
         "ENDIF" | "ELSEIF" | "ENDFOR" | "WEND" | "ENDWHILE" | "THEN" | "ELSE" => {
-            "there are no blocks: an IF stands on one line, a FOR is closed by NEXT"
+            "there are no blocks: write an IF on one line and close a FOR with NEXT"
         }
         "WHILE" | "REPEAT" | "UNTIL" | "LOOP" | "SELECT" | "CASE" => {
-            "loops and choices are made of FOR and NEXT, or of labels, IF and GOTO"
+            "use FOR and NEXT, or a label with IF ... THEN GOTO"
         }
-        "CALL" | "GOSUB" => "a program is called by its name alone",
-        "LET" | "VAR" | "LOCAL" => "a variable is made by giving it a value: NAME = value",
-        "REM" => "a comment begins with REMARK or '",
+        "MOVEL" | "MOVL" | "LIN" => "did you mean MOVES, the straight motion?",
+        "MOVJ" => "did you mean MOVEJ, the arch motion? A motion of all joints is MOVE.",
+        "PTP" => "did you mean MOVE?",
+        "CALL" | "GOSUB" => "call a program by its name alone: NAME or NAME(values)",
+        "LET" | "VAR" | "LOCAL" => "assign a value to make a variable: NAME = value",
+        "REM" => "begin a comment with REMARK or '",
         "EXIT" => "leave a loop with GOTO, a program with RETURN",
-        "SUB" | "FUNCTION" | "ENDSUB" => "a subprogram is a PROGRAM block of its own",
+        "INTERRUPT" | "TRAP" => "watch a condition with ON condition DO statement",
+        "SUB" | "FUNCTION" | "ENDSUB" => "write the subprogram as a PROGRAM block of its own",
         _ => return None,
     };
     Some(remedy.into())
 }
 
-/// The word itself, or so near to it that it was meant.
+/// Whether `found` is the word or a misspelling of it.
 pub(crate) fn is_nearly(found: &str, word: &str) -> bool {
     found == word || did_you_mean(found, [word].into_iter()).is_some()
 }

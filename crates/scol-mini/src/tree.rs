@@ -72,7 +72,7 @@ pub(crate) enum Binary {
 }
 
 impl Binary {
-    /// Whether the operands may be positions and coordinates.
+    /// Whether operands may be positions and coordinates.
     pub fn takes_vectors(self) -> bool {
         matches!(self, Binary::Add | Binary::Subtract | Binary::Multiply)
     }
@@ -122,7 +122,7 @@ impl Expression {
         Expression { node, span, formula }
     }
 
-    /// An integer that stands for what is written there.
+    /// An integer in the place of a written expression.
     pub fn integer(value: i32, span: Span) -> Expression {
         Expression::new(Node::Literal(Number::Integer(value)), span)
     }
@@ -199,7 +199,7 @@ pub(crate) enum Item {
     Value(Expression),
 }
 
-/// A statement that does one thing and goes on to the next.
+/// A statement that does one thing and continues with the next.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) enum Simple {
     Assign(Assignment),
@@ -210,7 +210,7 @@ pub(crate) enum Simple {
     Ignore,
 }
 
-/// A variable, or one coordinate of it, and what it becomes.
+/// A variable, or one of its coordinates, and the new value.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Assignment {
     pub target: Variable,

@@ -48,7 +48,7 @@ fn global(
         true => constant(expression, options)
             .map_err(|error| Diagnostic::new("E0207", expression.span, error.message)),
         false => {
-            let message = "an initial value is made of constants only";
+            let message = "an initial value can only use constants";
             Diagnostic::fail("E0210", expression.span, message)
         }
     };
@@ -79,7 +79,7 @@ fn element(declaration: &Declaration, value: Value, symbols: &mut Symbols) -> Re
     let slot = symbols.find_mut(&name.text).filter(|slot| slot.bounds.is_some());
     let Some(slot) = slot else {
         let problem = Diagnostic::new("E0212", name.span, format!("{} is not an array", name.text));
-        return Err(problem.help("declare it before with DIM"));
+        return Err(problem.help("declare it first, with DIM"));
     };
     let Some(index) = slot.index(&declaration.subscripts) else {
         return Diagnostic::fail("E0213", name.span, format!("{} has no such element", name.text));
@@ -111,7 +111,7 @@ pub(super) fn dim_slot(
         if slot.zeroed {
             return Ok(slot);
         }
-        let problem = Diagnostic::new("E0101", name.span, "expected bounds or a kind after the name");
+        let problem = Diagnostic::new("E0101", name.span, "expected bounds or a type after the name");
         return Err(problem.help("DIM TABLE(10) AS INTEGER"));
     }
     let length = flat_length(&declaration.subscripts);
@@ -199,7 +199,7 @@ fn work(datum: &Datum, symbols: &mut Symbols) -> Result<Option<Arc<Frame>>, Diag
 
 fn add(symbols: &mut Symbols, name: &Name, slot: Slot) -> Result<(), Diagnostic> {
     if symbols.shared.contains_key(&name.text) {
-        let message = format!("{} stands twice in GLOBAL and DATA", name.text);
+        let message = format!("{} appears twice in GLOBAL and DATA", name.text);
         return Diagnostic::fail("E0205", name.span, message);
     }
     symbols.share(slot);

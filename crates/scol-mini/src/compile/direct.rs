@@ -1,4 +1,4 @@
-//! Compiles one statement for the host command DO; what needs a program around it is refused (CMD-DO-04).
+//! Compiles one statement for the host command DO and refuses statements that need a program around them (CMD-DO-04).
 //!
 //! The result is a [`Program`] of that one statement, which shares the memory of the selected file. Sending the reply is left
 //! to the controller. Start with [`compile_direct`].
@@ -80,7 +80,7 @@ fn parse(statement: &str, base: &Program) -> Result<Statement, Diagnostic> {
         ) => refused(&leading_word(statement.trim_start()).0.to_ascii_uppercase()),
         Some(parsed @ Statement::Simple(_)) => Ok(parsed),
         Some(Statement::Call(name, _)) => {
-            let message = format!("{} is no statement that can be executed directly", name.text);
+            let message = format!("{} cannot be executed directly", name.text);
             Diagnostic::fail("E0501", name.span, message)
         }
     }

@@ -1,5 +1,5 @@
-//! Turns the statements of a block into steps: labels become step numbers, `IF` becomes branches and jumps, and `FOR` and
-//! `NEXT` find each other.
+//! Turns the statements of a block into steps: labels become step numbers, `IF` becomes branches and jumps, and each
+//! `NEXT` is matched with its `FOR`.
 //!
 //! Names of variables are resolved before (`names`).
 
@@ -188,7 +188,7 @@ impl Emitter<'_> {
         let known = !self.suppressed.contains(&name.text);
         let Some((block, takes)) = self.program(name) else {
             if known {
-                let message = format!("{} is no statement and no program of this file", name.text);
+                let message = format!("{} is neither a statement nor a program of this file", name.text);
                 self.error("E0203", name.span, message);
             }
             return;
@@ -210,7 +210,7 @@ impl Emitter<'_> {
             }
             None if self.suppressed.contains(&name.text) => {}
             None => {
-                let message = format!("{} is no program of this file", name.text);
+                let message = format!("this file has no program {}", name.text);
                 self.error("E0203", name.span, message);
             }
         }
@@ -230,7 +230,7 @@ impl Emitter<'_> {
         action.targets(&mut look);
         if let Some(name) = parameter {
             let Name { text, span } = name;
-            let message = format!("ON outlasts the call: the parameter {text} cannot stand in it");
+            let message = format!("ON outlasts the call and cannot use the parameter {text}");
             let problem = Diagnostic::new("E0218", span, message);
             self.sink.push(problem.help("copy it to a variable first"));
         }

@@ -1,6 +1,6 @@
-//! Reports kinds of values that cannot fit, as far as they are known before the program runs.
+//! Reports values of a wrong type, as far as types are known before the program runs.
 //!
-//! A variable without a declaration gets its kind from its first assignment, so most kinds are checked by the machine
+//! A variable without a declaration gets its type from its first assignment, so the machine checks most types
 //! (`machine::vm`, `machine::place`). Start with [`check_statement`].
 
 use crate::prelude::*;

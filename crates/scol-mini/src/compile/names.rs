@@ -184,7 +184,7 @@ impl<'a> Scope<'a> {
         if !self.symbols.shared.contains_key(&name.text) && !self.suppressed.contains(&name.text) {
             let message = format!("expected a name of GLOBAL or DATA, found {}", name.text);
             let problem = Diagnostic::new("E0201", name.span, message);
-            let help = "RESTORE writes into the file what is in GLOBAL and DATA";
+            let help = "RESTORE writes the values of GLOBAL and DATA into the file";
             self.sink.push(problem.help(help));
         }
     }
@@ -228,7 +228,11 @@ impl<'a> Scope<'a> {
 fn undefined(variable: &Variable) -> Diagnostic {
     let Name { text: name, span } = &variable.name;
     if !variable.subscripts.is_empty() {
-        let problem = Diagnostic::new("E0201", *span, format!("{name} is no array and no function"));
+        let problem = Diagnostic::new(
+            "E0201",
+            *span,
+            format!("{name} is neither an array nor a function"),
+        );
         return problem.help(format!("declare an array with DIM {name}(n)"));
     }
     let problem = Diagnostic::new("E0201", *span, format!("{name} is never given a value"));

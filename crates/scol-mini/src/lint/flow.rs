@@ -52,7 +52,7 @@ fn unreachable(part: &Part, broken: &BTreeSet<u32>, sink: &mut Sink) {
             continue;
         };
         if !reported {
-            let message = format!("this is never reached: line {line} always leaves by {by}");
+            let message = format!("this is never reached: line {line} always leaves with {by}");
             let problem = Diagnostic::new("W0603", span(row), message);
             sink.push(problem.help(match row.head() {
                 // Without it the FOR is an error.
@@ -132,9 +132,8 @@ fn loops(part: &Part, sink: &mut Sink) {
         let mut around = labels.get(label).into_iter().flatten().enumerate();
         let entered = around.find(|(depth, known)| from.get(*depth) != Some(known));
         if let Some((_, (line, variable))) = entered {
-            let message = format!(
-                "this jumps into the FOR {variable} loop of line {line}, whose NEXT then finds no FOR that was begun"
-            );
+            let message =
+                format!("this jumps into the FOR {variable} loop of line {line}; its NEXT then has no FOR");
             let problem = Diagnostic::new("W0609", span, message);
             sink.push(problem.help(format!("jump to a label before line {line} instead")));
         }

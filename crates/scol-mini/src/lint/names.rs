@@ -1,4 +1,4 @@
-//! Warnings about names: variables that get a value and are never used, or are used without a kind.
+//! Warnings about names: variables that get a value and are never used, or are used without a type.
 //!
 //! Names that do not exist are errors and left to `compile::names`. The codes are listed in `diagnostic`.
 
@@ -53,18 +53,18 @@ pub(super) fn lint(outline: &Outline, arm: Arm, clean: bool, sink: &mut Sink) {
         {
             let message = format!("no program of this file uses {} {name}", row.datum_word());
             let problem = Diagnostic::new("W0606", span, message);
-            sink.push(problem.help("remove it from DATA, unless a host uses it by DO or MR"));
+            sink.push(problem.help("remove it from DATA, unless a host uses it with DO or MR"));
         }
     }
     for (name, span) in shared {
         let problem = Diagnostic::new("W0607", span, format!("no program of this file uses {name}"));
-        sink.push(problem.help("remove it from GLOBAL, unless a host reads it by MR"));
+        sink.push(problem.help("remove it from GLOBAL, unless a host reads it with MR"));
     }
     for name in outline.parts.iter().skip(1).filter_map(|part| part.name.as_ref()) {
         if !called.contains(name.text.as_str()) {
             let message = format!("nothing calls or starts {}", name.text);
             let problem = Diagnostic::new("W0611", name.span, message);
-            sink.push(problem.help("only the first PROGRAM of a file starts by itself"));
+            sink.push(problem.help("only the first PROGRAM of a file starts without a call"));
         }
     }
 }
@@ -82,7 +82,7 @@ fn valued<'a>(outline: &'a Outline, parts: &[(&Part, Uses<'a>)]) -> BTreeSet<&'a
     names
 }
 
-/// W0602: INPUT into a variable whose kind nothing has fixed.
+/// W0602: INPUT into a variable without a type.
 fn uninitialised(part: &Part, uses: &Uses<'_>, valued: &BTreeSet<&str>, sink: &mut Sink) {
     for (name, span) in &uses.input {
         let has_value = uses.assigned.contains_key(name)
@@ -90,12 +90,17 @@ fn uninitialised(part: &Part, uses: &Uses<'_>, valued: &BTreeSet<&str>, sink: &m
             || part.dims().any(|(dim, _)| dim == *name)
             || part.has_parameter(name);
         if !has_value {
-            let message = format!("{name} gets its kind from what the peer happens to send first");
-            let problem = Diagnostic::new("W0602", *span, message);
-            let help = match CHANNELS.contains(name) {
-                true => String::from("it is no channel of a program: those are TP, COM1, IP1 and IP2"),
-                false => format!("give it a value before: {name} = 0 or {name} = 0.0"),
+            let (message, help) = if CHANNELS.contains(name) {
+                let message = format!("{name} is not a channel, so it is a variable without a type");
+                (message, "use TP, COM1, IP1 or IP2".into())
+            } else {
+                let message = format!("{name} gets its type from the first number that it receives");
+                (
+                    message,
+                    format!("give it a value first: {name} = 0 or {name} = 0.0"),
+                )
             };
+            let problem = Diagnostic::new("W0602", *span, message);
             sink.push(problem.help(help));
         }
     }
@@ -118,7 +123,7 @@ fn unread(part: &Part, uses: &Uses<'_>, shared: &BTreeMap<&str, Span>, sink: &mu
         if !known {
             let message = format!("{name} is given a value that nothing reads");
             let problem = Diagnostic::new("W0605", *span, message);
-            sink.push(problem.help("remove it; if a host reads it by MR, declare it in GLOBAL"));
+            sink.push(problem.help("remove it; if a host reads it with MR, declare it in GLOBAL"));
         }
     }
 }

@@ -1,7 +1,7 @@
 //! Warnings about constants: divisions that lose their fraction, percentages outside their range, reals for integer
 //! variables.
 //!
-//! It looks at the rows of `outline`. What a constant expression is worth is left to the compiler.
+//! It looks at the rows of `outline`. The compiler computes constant expressions.
 
 use crate::prelude::*;
 use alloc::collections::BTreeMap;
@@ -35,7 +35,7 @@ pub(super) fn lint(part: &Part, options: &LanguageOptions, sink: &mut Sink) {
     }
 }
 
-/// W0610: the first value of a variable fixes its kind (scol.md 2.3).
+/// W0610: the first value of a variable fixes its type (scol.md 2.3).
 fn truncated(name: &str, real: f32, value: &Lexeme, integers: &BTreeMap<&str, u32>, sink: &mut Sink) {
     let cut = libm::truncf(real);
     if let Some(line) = integers.get(name).filter(|line| **line > 0)
@@ -43,7 +43,7 @@ fn truncated(name: &str, real: f32, value: &Lexeme, integers: &BTreeMap<&str, u3
     {
         let message = format!("{name} is an integer since line {line}, so {real} becomes {cut}");
         let problem = Diagnostic::new("W0610", value.span, message);
-        sink.push(problem.help(format!("make it a real from the beginning: {name} = 0.0")));
+        sink.push(problem.help(format!("make it a real with its first value: {name} = 0.0")));
     }
 }
 
@@ -55,8 +55,8 @@ fn divisions(tokens: &[Lexeme], options: &LanguageOptions, sink: &mut Sink) {
             continue;
         }
         if matches!(right.token, Token::Integer(0)) || matches!(right.token, Token::Real(0.0)) {
-            let problem = Diagnostic::new("W0613", right.span, "this divides by zero, which is an alarm");
-            sink.push(problem.help("divide by something that is not 0"));
+            let problem = Diagnostic::new("W0613", right.span, "this divides by zero and raises an alarm");
+            sink.push(problem.help("divide by a number other than 0"));
             continue;
         }
         let before = at.checked_sub(1).and_then(|at| tokens.get(at));

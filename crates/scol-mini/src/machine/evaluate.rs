@@ -53,7 +53,7 @@ impl Execution<'_> {
         }
     }
 
-    /// Until the motion is over less than what equals 100.
+    /// Percent of the motion that is done, kept below 100 until the motion ends.
     fn motion_percent(&self) -> f64 {
         let percent = self.inputs.motion_percent();
         let most = 100.0 - f64::from(self.program.options.equal_within) - STILL_MOVING;

@@ -14,8 +14,8 @@ use crate::tree::{Assignment, Change, Expression, Simple};
 use crate::value::Number;
 
 impl Execution<'_> {
-    /// Executes the step under way and moves on, unless it asks for something, ends the program or is a WAIT that goes on
-    /// waiting: then the state says so.
+    /// Executes the step under way and moves on, unless it asks for something, ends the program or is a WAIT whose
+    /// condition is still false; `state` then says which.
     pub fn execute(&mut self, operation: &Operation) -> Result<()> {
         let mut next = self.machine.at + 1;
         match operation {
@@ -61,7 +61,7 @@ impl Execution<'_> {
         Ok(())
     }
 
-    /// Enters a program: its arguments are evaluated, then it gets a frame. A fault leaves nothing behind.
+    /// Enters a program: evaluates its arguments, then pushes a frame. A fault changes nothing.
     pub fn call(&mut self, return_to: usize, arguments: &[Expression]) -> Result<()> {
         let first = self.machine.arguments.len();
         for expression in arguments {
@@ -130,7 +130,7 @@ impl Execution<'_> {
 }
 
 impl Machine {
-    /// Back to where the program was called; `None` when it was not.
+    /// Returns the step after the call, or `None` in the main program.
     pub(super) fn pop_frame(&mut self) -> Option<usize> {
         let depth = self.frames.len().checked_sub(1).filter(|depth| *depth > 0)?;
         let back = self.frames.last()?.return_to;

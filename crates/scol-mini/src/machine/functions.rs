@@ -1,7 +1,7 @@
 //! Computes the functions of the language. Angles are in degrees. Results are computed in double precision and rounded to a
 //! 32-bit real once.
 //!
-//! Which functions there are, and how many arguments they take, is in `builtin`.
+//! The table of functions and their arguments is in `builtin`.
 
 use super::fast_sine;
 use crate::prelude::*;
@@ -98,7 +98,7 @@ impl Execution<'_> {
                 figure = figure * 2 + i32::from(self.input(line + bit)?);
             }
             if figure > 9 {
-                let message = format!("the inputs from {line} show {figure}, which is no decimal digit");
+                let message = format!("the inputs from {line} show {figure}, which is not a decimal digit");
                 return FaultKind::Range.fail(message);
             }
             value = value * 10 + figure;

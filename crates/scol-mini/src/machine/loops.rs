@@ -1,4 +1,4 @@
-//! `FOR` and `NEXT`: which loops are open, and when they are over.
+//! `FOR` and `NEXT`: the open loops and when they end.
 
 use crate::prelude::*;
 
@@ -68,7 +68,7 @@ impl Execution<'_> {
         });
         let operation = self.program.steps.get(opener).map(|step| &step.operation);
         let (Some(open), Some(Operation::For { counting, .. })) = (found, operation) else {
-            return FaultKind::NextWithoutFor.fail("NEXT is reached without its FOR");
+            return FaultKind::NextWithoutFor.fail("NEXT was reached without its FOR");
         };
         let variable = &counting.variable;
         let now = self.counter(variable)?;
@@ -91,7 +91,7 @@ impl Execution<'_> {
         let value = self.fetch(variable)?;
         value.number().ok_or_else(|| {
             let (name, found) = (&variable.name.text, value.kind().description());
-            FaultKind::Type.error(format!("a FOR counts with a number, {name} is {found}"))
+            FaultKind::Type.error(format!("FOR counts with a number, but {name} is {found}"))
         })
     }
 }

@@ -24,7 +24,7 @@ pub(super) struct Monitor {
 }
 
 impl Monitor {
-    /// Whether it leads to a jump.
+    /// Whether its action is a jump.
     fn jumps(&self, program: &Program) -> bool {
         let on = program.steps.get(self.on).map(|step| &step.operation);
         matches!(on, Some(Operation::On { jump: true, .. }))
@@ -36,7 +36,7 @@ impl Monitor {
 pub enum MonitorAction {
     /// The statement under way is given up, then [`Machine::jump`] with this.
     Jump(Jump),
-    /// This machine is to be run to its end before the other one goes on.
+    /// Run this machine to its end before the other one continues.
     Handler(Box<Machine>),
 }
 
@@ -45,8 +45,8 @@ pub enum MonitorAction {
 pub struct Jump(Monitor);
 
 impl Machine {
-    /// Begins to watch: executing the same ON again arms it anew. A condition that is true already has to become
-    /// false first.
+    /// Begins to watch; executing the same ON again re-arms it. A condition that is already true has to become false
+    /// first.
     pub(super) fn start_monitor(&mut self, last_value: bool) -> Result<()> {
         let on = self.at;
         let depth = self.frames.len();
@@ -66,8 +66,8 @@ impl Machine {
         Ok(())
     }
 
-    /// A handler has ended: `IGNORE`, `DISABLE`, `ENABLE` and `ON` in it hold for this task. A `GOTO` of its own leads
-    /// nowhere any more.
+    /// Takes over `IGNORE`, `DISABLE`, `ENABLE` and `ON` of a handler that has ended; its `GOTO` has no effect any
+    /// more.
     ///
     /// # Errors
     /// There are too many monitors; those that are too many are dropped.
@@ -84,13 +84,13 @@ impl Machine {
         Ok(())
     }
 
-    /// Whether there is a monitor to look at.
+    /// Whether any monitor is active.
     pub fn has_monitors(&self) -> bool {
         self.monitors_enabled && !self.monitors.is_empty()
     }
 
-    /// Looks at the conditions of all monitors, in the order in which their ON was executed. The first that has
-    /// become true acts, once; the others that have act at the next looks.
+    /// Evaluates the conditions of all monitors, in the order in which their ON was executed. The first that has become
+    /// true acts, once; others that became true act at the next calls.
     ///
     /// # Errors
     /// A condition cannot be evaluated; its monitor is dropped.
@@ -136,7 +136,7 @@ impl Machine {
         Ok(None)
     }
 
-    /// Goes where a monitor leads; subprograms called since its ON are left, what is pending is dropped.
+    /// Jumps to the target of a monitor: leaves the subprograms called since its ON and drops the pending request.
     pub fn jump(&mut self, Jump(monitor): Jump) {
         self.unwind(monitor.depth);
         self.at = monitor.on + 1;
@@ -155,7 +155,7 @@ impl Machine {
         }))
     }
 
-    /// A program has been left: nobody can jump into it any more.
+    /// Drops the monitors that jump into a program that has been left.
     pub(super) fn drop_jump_monitors(&mut self) {
         if self.monitors.is_empty() {
             return;

@@ -1,6 +1,6 @@
 //! Reads and writes variables: cells of the memory, elements of arrays, and arguments of a call.
 //!
-//! A parameter stands for a variable of the caller, or for a value of its own.
+//! A parameter refers to a variable of the caller, or has a value of its own.
 
 use crate::prelude::*;
 
@@ -30,7 +30,7 @@ pub(super) enum Argument {
     Number(Number),
     /// The value of an expression that is not a number.
     Vector(Value),
-    /// No value yet; the first assignment fixes the kind.
+    /// No value yet; the first assignment fixes the type.
     Unset,
 }
 
@@ -53,7 +53,7 @@ impl Execution<'_> {
             }
             Reference::Parameter(index) => {
                 let place = self.machine.parameter_place(index);
-                place.ok_or_else(|| FaultKind::Undefined.error(format!("{name} was not handed over")))
+                place.ok_or_else(|| FaultKind::Undefined.error(format!("{name} was not passed")))
             }
             Reference::Unresolved => FaultKind::Undefined.fail(format!("{name} has no value")),
         }
@@ -70,7 +70,7 @@ impl Execution<'_> {
         })
     }
 
-    /// The value that is there; `None` where there is none yet.
+    /// The present value; `None` before the first assignment.
     pub fn read(&self, place: ValuePlace) -> Option<Value> {
         match place {
             ValuePlace::Cell { cell, .. } => self.memory.value(cell),
@@ -96,7 +96,7 @@ impl Execution<'_> {
         self.evaluate(expression).map(Argument::from_value)
     }
 
-    /// Stores a value, converted to the kind of its place; the first value of a variable fixes the kind.
+    /// Stores a value, converted to the type of its place; the first value of a variable fixes that type.
     pub fn write(&mut self, place: ValuePlace, value: Value) -> Result<()> {
         match place {
             ValuePlace::Cell { slot, cell } => {
@@ -123,7 +123,7 @@ impl Execution<'_> {
 }
 
 impl Machine {
-    /// The place that a parameter of the running program stands for.
+    /// The place that a parameter of the running program refers to.
     #[inline(always)]
     pub(super) fn parameter_place(&self, parameter: usize) -> Option<ValuePlace> {
         let at = self.frames.last()?.arguments + parameter;

@@ -86,7 +86,7 @@ impl Execution<'_> {
         Ok(())
     }
 
-    /// Keeps a value that is no number for a temporary, each of which has a place of its own.
+    /// Stores a value that is not a number for a temporary; each temporary has its own place.
     fn keep(&mut self, at: usize, value: Value) -> Cell {
         if self.vectors.len() <= at {
             self.vectors.resize(at + 1, Value::Integer(0));
@@ -127,7 +127,7 @@ impl Execution<'_> {
     }
 }
 
-/// The registers as numbers: what is none, or does not fit where it goes, is left to the values (`None`).
+/// The registers as numbers; `None` for other values, which take the slow way.
 pub(super) struct Registers<'a> {
     cells: &'a mut [Cell],
     variables: usize,

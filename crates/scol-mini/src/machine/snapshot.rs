@@ -19,7 +19,7 @@ use crate::{MAX_CALL_NESTING, MAX_MONITORS};
 const DEPTH: RangeInclusive<usize> = 1..=MAX_CALL_NESTING + 1;
 
 impl Machine {
-    /// Gives a machine that was read back its program; it goes on where the one that was written was.
+    /// Gives a restored machine its program; it continues where the written one was.
     ///
     /// # Errors
     /// [`RestoreError`]: the state is of another program, or no run of the program leads to it.

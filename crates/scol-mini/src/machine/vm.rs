@@ -22,7 +22,7 @@ use crate::value::Number;
 enum Next {
     Following,
     To(Target),
-    /// The formula is done, or the machine is where it stays: `at` and `state` say where and why.
+    /// The formula is done, or the machine pauses; `at` and `state` say where and why.
     Stop,
 }
 
@@ -198,7 +198,7 @@ impl Execution<'_> {
         self.arithmetic(operator, operands)
     }
 
-    /// The same with values of any kind, and with those that are wrong: the left one is reported first.
+    /// The same with values of any type, including wrong ones: the left one is reported first.
     #[inline(never)]
     fn any_arithmetic(&mut self, operator: Binary, to: Register, a: Register, b: Register) -> Result<()> {
         let value = if operator.takes_vectors() {
@@ -253,7 +253,7 @@ impl Execution<'_> {
         self.store(element, value)
     }
 
-    /// The number of a parameter, if it stands for one.
+    /// The number of a parameter that was passed by value.
     #[inline(always)]
     fn parameter(&self, parameter: Option<u32>) -> Option<Number> {
         match self.machine.parameter_place(parameter? as usize)? {
@@ -265,7 +265,7 @@ impl Execution<'_> {
         }
     }
 
-    /// The register of a parameter that stands for a variable of the caller.
+    /// The register of a parameter that refers to a variable of the caller.
     #[inline(always)]
     fn parameter_cell(&self, parameter: Option<u32>) -> Option<Register> {
         match self.machine.parameter_place(parameter? as usize)? {

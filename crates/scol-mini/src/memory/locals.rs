@@ -41,7 +41,7 @@ impl Memory {
         self.task = task;
     }
 
-    /// Brings these variables into the cells, or those of a task that begins; returns what the cells held before.
+    /// Brings these variables into the cells, or those of a new task; returns the previous content.
     fn exchange_locals(&mut self, slots: &[Slot], own: Option<Locals>) -> Locals {
         let (first, range) = extent(slots, self.cells.variables);
         let locals = slots.get(first..).unwrap_or_default();

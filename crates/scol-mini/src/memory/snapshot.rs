@@ -44,7 +44,7 @@ impl Memory {
     }
 }
 
-/// The values that are no numbers, and which of them no variable has been found to hold.
+/// The values that are not numbers, and those of them that no variable holds so far.
 struct Places<'a> {
     vectors: &'a [Value],
     left: BTreeSet<usize>,

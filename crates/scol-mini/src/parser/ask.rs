@@ -89,7 +89,7 @@ impl Cursor<'_> {
                 cursor.expected("SPEED, ACCEL, DECEL, CONFIG, PASS, ACCUR, PAYLOAD, TOOL, WORK or BASE")
             })?;
             if known.contains(&condition) {
-                return Diagnostic::fail("E0205", span, format!("{word} stands twice in one WITH"));
+                return Diagnostic::fail("E0205", span, format!("{word} appears twice in one WITH"));
             }
             known.push(condition);
             cursor.advance();
@@ -135,13 +135,13 @@ impl Cursor<'_> {
                     self.advance();
                     cr = true;
                     if self.is_next(Sign::Comma) {
-                        return Diagnostic::fail("E0102", span, "CR is the last item of a PRINT");
+                        return Diagnostic::fail("E0102", span, "CR must be the last item of a PRINT");
                     }
                     break;
                 }
                 Some(Token::Word(word)) if word == "CRE" => {
                     let problem = Diagnostic::new("E0106", span, "CRE is not a constant");
-                    return Err(problem.help("the record end is CR"));
+                    return Err(problem.help("end the record with CR"));
                 }
                 _ => items.push(Item::Value(self.expression()?)),
             }

@@ -25,7 +25,7 @@ impl Cursor<'_> {
         let subscripts = self.sign(Sign::Open).then(|| self.bounds()).transpose()?;
         let value = self.sign(Sign::Assign).then(|| self.expression()).transpose()?;
         if value.is_none() && subscripts.is_some() {
-            return Err(self.expected("\"=\"").help("an array is declared with DIM"));
+            return Err(self.expected("\"=\"").help("declare an array with DIM"));
         }
         self.end_of_line()?;
         let line = line.to(self.before());
@@ -95,7 +95,7 @@ impl Cursor<'_> {
         Ok(kind)
     }
 
-    /// A line of DATA that is no WORK.
+    /// A line of DATA other than WORK.
     pub(super) fn datum(&mut self) -> Result<Datum, Diagnostic> {
         // Tools of the maker leave the word POINT out (scol.md 13.15).
         let bare = self.peek_at(1) == Some(&Token::Sign(Sign::Assign));

@@ -51,7 +51,7 @@ impl Cursor<'_> {
         }
         if weakest == 1 && self.is_next(Sign::Assign) {
             let problem = Diagnostic::new("E0101", self.span(), "expected an operator, found \"=\"");
-            return Err(problem.help("\"=\" assigns; two values are compared with \"==\""));
+            return Err(problem.help("\"=\" assigns; compare with \"==\""));
         }
         Ok(left)
     }
@@ -114,8 +114,8 @@ impl Cursor<'_> {
             Some(Token::Sign(Sign::OpenBrace)) => return self.braces(span),
             Some(Token::Word(word)) => return self.word_value(word, span),
             Some(Token::Text(_)) => {
-                let problem = Diagnostic::new("E0101", span, "expected a value, found a text");
-                return Err(problem.help("a text can only be an item of PRINT"));
+                let problem = Diagnostic::new("E0101", span, "expected a value, found a string");
+                return Err(problem.help("a string can only be an item of PRINT"));
             }
             _ => return Err(self.expected("a value")),
         };
@@ -198,7 +198,7 @@ impl Cursor<'_> {
             }
             let (place, digit) = cursor.configuration_digit(place)?;
             if digits.iter().any(|(known, _)| *known == place) {
-                return Diagnostic::fail("E0205", span, "this digit of CONFIG stands twice");
+                return Diagnostic::fail("E0205", span, "this digit of CONFIG appears twice");
             }
             digits.extend((digit > 0).then_some((place, digit)));
             cursor.advance();

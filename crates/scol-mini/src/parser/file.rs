@@ -15,7 +15,7 @@ use crate::tree::{Counting, Expression, Name, Statement, Variable};
 use crate::value::ValueKind;
 use crate::{MAX_DIRECT, MAX_LINE};
 
-/// Parses a whole file; what could not be parsed is reported to `sink` and left out.
+/// Parses a whole file; reports lines that do not parse to `sink` and drops them.
 pub(crate) fn parse_file(source: &str, options: &LanguageOptions, sink: &mut Sink) -> File {
     let mut parser = Parser {
         source,
@@ -50,7 +50,7 @@ struct Parser<'a> {
     place: Place,
     /// The line that opened the present block.
     opened: Option<Span>,
-    /// A line outside all blocks has been reported; those that belong to it are not, up to an END.
+    /// A line outside all blocks has been reported; further ones up to an END are not.
     astray: bool,
     /// The WORK line that waits for its position.
     work: Option<Name>,
@@ -112,7 +112,7 @@ impl Parser<'_> {
         };
         let (word, place) = (cursor.peek_word(), cursor.span());
         let problem = Diagnostic::new("E0301", place, format!("{message}, found this line"));
-        let problem = problem.help("every statement belongs between PROGRAM and END");
+        let problem = problem.help("put every statement between PROGRAM and END");
         let mut headings = ["GLOBAL", "DATA", "PROGRAM"].into_iter();
         let meant = headings.find(|known| (alone || *known == "PROGRAM") && suggest::is_nearly(word, known));
         if let Some(heading) = meant {
@@ -135,9 +135,7 @@ impl Parser<'_> {
         let alone = tokens.len() == 1;
         match (word, self.place) {
             ("END", Place::Outside) if core::mem::take(&mut self.astray) => Ok(()),
-            ("END", Place::Outside) => {
-                Diagnostic::fail("E0303", cursor.span(), "END without a block to close")
-            }
+            ("END", Place::Outside) => Diagnostic::fail("E0303", cursor.span(), "END without an open block"),
             ("END", _) if alone => {
                 self.close(line.number);
                 Ok(())
@@ -224,7 +222,7 @@ impl Parser<'_> {
         self.file.blocks.push(block);
         heading?;
         if self.after_data() {
-            return Diagnostic::fail("E0301", span, "programs stand before the DATA block");
+            return Diagnostic::fail("E0301", span, "put programs before the DATA block");
         }
         Ok(())
     }
@@ -305,7 +303,7 @@ fn heading(cursor: &mut Cursor<'_>, block: &mut Block) -> Result<(), Diagnostic>
                 return Diagnostic::fail("E0206", name.span, message);
             }
             if block.parameters.iter().any(|known| known.text == name.text) {
-                return Diagnostic::fail("E0205", name.span, format!("{} stands twice", name.text));
+                return Diagnostic::fail("E0205", name.span, format!("{} appears twice", name.text));
             }
             block.parameters.push(name);
             if cursor.sign(Sign::Close) {

@@ -1,7 +1,7 @@
 //! Parses statements, one a line; `IF` holds one or two more.
 //!
-//! Which statements may stand where is checked here; their names are resolved later. Statements that ask
-//! for something outside are in `ask`.
+//! The place of each statement is checked here; names are resolved later. Statements that ask for something outside are
+//! in `ask`.
 
 use crate::prelude::*;
 
@@ -76,7 +76,7 @@ impl Cursor<'_> {
         let span = self.span();
         if self.peek().is_none() {
             let problem = self.expected("a statement");
-            return Err(problem.help("an IF stands on one line, with a statement after THEN and ELSE"));
+            return Err(problem.help("write an IF on one line, with a statement after THEN and ELSE"));
         }
         let statement = self.statement()?;
         if matches!(statement, Statement::For(_) | Statement::Next(_)) {
@@ -116,7 +116,9 @@ impl Cursor<'_> {
     fn label(&mut self) -> Result<Name, Diagnostic> {
         let number = matches!(self.peek(), Some(Token::Integer(_)));
         self.name("a label").map_err(|problem| match number {
-            true => problem.help("a label is a name: NAME: at the beginning of a line, GOTO NAME"),
+            true => {
+                problem.help("use a name for the label: NAME: at the beginning of a line, then GOTO NAME")
+            }
             false => problem,
         })
     }
@@ -137,7 +139,7 @@ impl Cursor<'_> {
             | Statement::Next(_)
             | Statement::Return
             | Statement::On { .. } => {
-                let problem = Diagnostic::new("E0103", span, "this statement cannot stand after DO");
+                let problem = Diagnostic::new("E0103", span, "this statement is not allowed after DO");
                 Err(problem.help("GOTO, a call, or a statement that does one thing"))
             }
         }
@@ -176,14 +178,14 @@ impl Cursor<'_> {
         }
         if self.is_next(Sign::Relation(Relation::Equal)) {
             let problem = Diagnostic::new("E0101", self.span(), "expected \"=\", found \"==\"");
-            return Err(problem.help("\"==\" compares; a value is assigned with \"=\""));
+            return Err(problem.help("\"==\" compares; assign with \"=\""));
         }
         if list.is_none() && self.peek().is_some() {
             match self.peek_word() {
                 "" => return Err(self.expected("\"=\" or the end of the line")),
                 "ELSE" => {}
                 _ => {
-                    let message = format!("{} begins no statement", name.text);
+                    let message = format!("{} is not a statement", name.text);
                     return Diagnostic::fail("E0103", name.span, message);
                 }
             }
@@ -194,11 +196,11 @@ impl Cursor<'_> {
     }
 }
 
-/// The problem of a word of the language that begins no statement.
+/// The problem of a word of the language that is not a statement.
 fn misplaced(word: &str, span: Span) -> Diagnostic {
     let problem = Diagnostic::new("E0103", span, format!("expected a statement, found {word}"));
     match word {
-        "DIM" => problem.help("DIM is in GLOBAL or before the first statement of a program"),
+        "DIM" => problem.help("put DIM in GLOBAL or before the first statement of a program"),
         "TIMER" => problem,
         _ if builtin::condition(word).is_some() => problem.help(format!("set it with {word} = value")),
         _ if System::from_word(word).is_some() => problem.help(format!("{word} can only be read")),

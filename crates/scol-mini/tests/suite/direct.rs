@@ -28,12 +28,8 @@ fn the_word_that_was_meant_is_named() {
         ("COUT = 3", "E0201", "COUNT"),
         ("RAEDY", "E0501", "READY"),
         ("OPEM1", "E0501", "OPEN1"),
-        ("PRINT TP, \"A\", CRE", "E0106", "the record end is CR"),
-        (
-            "PRINT IP3, COUNT",
-            "E0201",
-            "the channels of a program are TP, COM1, IP1 and IP2",
-        ),
+        ("PRINT TP, \"A\", CRE", "E0106", "end the record with CR"),
+        ("PRINT IP3, COUNT", "E0201", "use TP, COM1, IP1 or IP2"),
     ] {
         let (found, help) = told(statement);
         assert_eq!(found, code, "{statement}");

@@ -336,6 +336,6 @@ fn an_input_that_wants_more_numbers_than_it_has_variables_is_refused() {
     let error = machine.relink(program).unwrap_err();
     assert_eq!(
         error.to_string(),
-        "the state does not fit the program: expected a variable for each number of INPUT"
+        "the state does not match the program: expected a variable for each number of INPUT"
     );
 }
