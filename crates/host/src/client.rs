@@ -34,13 +34,11 @@ pub enum ClientError {
     Unexpected {
         /// The expected reply.
         expected: Expected,
-        /// The text.
         text: Text,
     },
     /// The texts do not form a file.
     #[error("cannot read the file: {reason}; the text is {}", Shown(.data))]
     File {
-        /// The breach.
         reason: FileError,
         /// The data section of the text with the breach.
         data: Vec<u8>,
@@ -48,7 +46,6 @@ pub enum ClientError {
     /// The status of the controller cannot be read.
     #[error("cannot read the reply to SU: {reason}; the reply is {}", Shown(.data))]
     Status {
-        /// The breach.
         reason: ts3100_proto::status::BodyError,
         /// The content.
         data: Vec<u8>,
@@ -153,7 +150,6 @@ impl<T: Transport> Client<T> {
         &mut self.transport
     }
 
-    /// The conversation.
     pub fn conversation(&self) -> &Conversation {
         &self.conversation
     }

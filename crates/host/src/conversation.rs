@@ -104,9 +104,9 @@ pub enum Event {
     Text(Text),
     /// Bytes that [`Expected::Bytes`] waits for.
     Bytes(Vec<u8>),
-    /// An SP that the host did not ask for: the program has stopped. It is no reply; the exchange goes on.
+    /// An SP that the host did not ask for: the program has stopped. It is not a reply; the exchange continues.
     Stopped,
-    /// Bytes outside any text were dropped. The exchange goes on.
+    /// Bytes outside any text were dropped. The exchange continues.
     Skipped {
         /// Number of bytes.
         bytes: usize,
@@ -123,13 +123,11 @@ pub enum ExchangeError {
     Unexpected {
         /// The reply that the exchange waits for.
         expected: Expected,
-        /// The text.
         text: Text,
     },
     /// The texts do not form a file.
     #[error("cannot read the file: {reason}")]
     File {
-        /// The breach.
         reason: FileError,
         /// The data section of the text with the breach.
         data: Vec<u8>,
@@ -142,7 +140,7 @@ pub enum ExchangeError {
     },
 }
 
-/// What the conversation is waiting for.
+/// The awaited response.
 #[derive(Debug, Clone)]
 enum Exchange {
     Idle,
@@ -243,7 +241,7 @@ impl Conversation {
         self.send(&Reply::Ok.encode(), expected);
     }
 
-    /// Goes on with a file whose first text was awaited as [`Expected::Text`]: acknowledges it and receives the rest.
+    /// Continues with a file whose first text was awaited as [`Expected::Text`]: acknowledges it and receives the rest.
     pub fn continue_file(&mut self, first: Text) {
         self.exchange = Exchange::new(Expected::Content);
         self.take(Text {
@@ -252,7 +250,7 @@ impl Conversation {
         });
     }
 
-    /// Begins the pause before the next text anew, as after a byte in either direction.
+    /// Restarts the pause before the next text, as after a byte in either direction.
     pub fn begin_pause(&mut self, now: Duration) {
         self.last = Some(now);
     }

@@ -1,4 +1,4 @@
-//! What a host may expect after the text it has sent.
+//! Expected response to a text of the host.
 
 use core::fmt;
 use ts3100_proto::command::{Answer, Command};

@@ -25,7 +25,7 @@ pub struct CalendarTime {
     pub second: u8,
 }
 
-/// A text that is no date and time.
+/// A string that is not a date and time.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[error("expected a date and time YYYY-MM-DD HH:MM:SS, found {0:?}")]
 pub struct CalendarError(String);

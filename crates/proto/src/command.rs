@@ -29,7 +29,7 @@ use crate::prelude::*;
 use crate::text::CR;
 use operand::Operands;
 
-/// Why a message is no command.
+/// The reason why a message is not a command.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum CommandError {
     /// It does not begin with the letters of a command (FRM-06, CMD-LST-04).
@@ -113,7 +113,7 @@ fn decimal<'a>(number: u8) -> Encoding<'a> {
     Encoding::Text(number.to_string())
 }
 
-/// Bytes of a peer as they may stand in a message: not too many, and printable.
+/// Bytes of a peer, shortened and made printable for a message.
 pub(crate) fn excerpt(bytes: &[u8]) -> String {
     /// Bytes worth showing.
     const SHOWN: usize = 24;

@@ -51,7 +51,7 @@ pub(crate) fn data_section(wire: &[u8]) -> Range<usize> {
     }
 }
 
-/// The framing of a text, and what `content` finds in its data section.
+/// The framing of a text, and the fields that `content` finds in its data section.
 pub(crate) fn framed(wire: &[u8], content: impl FnOnce(&mut Fields, Field<'_>)) -> Fields {
     let mut fields = Fields(Vec::new());
     let Range { start, end } = data_section(wire);

@@ -16,7 +16,7 @@ use core::ops::Range;
 const LETTERS: usize = 2;
 /// Operands that become fields of their own; one further field has the rest.
 const MAX_OPERANDS: usize = 128;
-/// The key of what is wrong.
+/// The key of an error.
 const ERROR: &str = "error";
 
 /// The fields of one text of a host as it was on the wire, framing included. `is_content` says that it is a further text
@@ -67,10 +67,10 @@ impl Fields {
         if !cr.bytes().is_empty() {
             self.add("text.cr", "CR", cr.range(), "there".to_string());
         } else if length == MAX_DATA {
-            let name = "a part of a longer message";
+            let name = "part of a longer message";
             return self.add("text.part", name, cr.range(), "no CR".to_string());
         } else {
-            self.error(cr.range(), "no CR before ETX".to_string());
+            self.error(cr.range(), "expected CR before ETX".to_string());
         }
         match parsed {
             Ok(_) => {}
@@ -247,7 +247,10 @@ mod tests {
             [(6..7, "expected 0 or 1, found \"2\"".to_string())]
         );
         assert_eq!(wrong(b"\x02SL\r\x03").len(), 1);
-        assert_eq!(wrong(b"\x02SU\x03"), [(3..3, "no CR before ETX".to_string())]);
+        assert_eq!(
+            wrong(b"\x02SU\x03"),
+            [(3..3, "expected CR before ETX".to_string())]
+        );
         assert_eq!(wrong(b"\x02SU\r"), [(4..4, "the text has no ETX".to_string())]);
         let long = [vec![b'A'; MAX_DATA], b"\r\x03".to_vec()].concat();
         assert!(

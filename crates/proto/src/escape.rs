@@ -63,7 +63,7 @@ impl fmt::Display for Escaped<'_> {
 /// One unit of the notation.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Unit<'a> {
-    /// A character that stands for itself.
+    /// A plain character.
     Char(char),
     /// The content of angle brackets: the name of a control code, a byte in hexadecimal, or what the reader adds.
     Code(&'a str),
@@ -103,14 +103,14 @@ pub enum EscapeError {
     /// A `<` without its `>`.
     #[error("no > after <{0}")]
     Unclosed(String),
-    /// Two characters in angle brackets that are no hexadecimal digits.
-    #[error("<{0}> is no byte")]
+    /// Two characters in angle brackets that are not hexadecimal digits.
+    #[error("<{0}> is not a byte")]
     NotByte(String),
     /// Anything else in angle brackets.
-    #[error("<{0}> is neither a control code, nor a byte, nor a count")]
+    #[error("<{0}> is not a control code, a byte or a count")]
     UnknownCode(String),
     /// A count of arbitrary bytes, which only an expectation has.
-    #[error("a host sends certain bytes, not {0}")]
+    #[error("expected fixed bytes from a host, found {0}")]
     Count(String),
     /// A character that has to be in hexadecimal.
     #[error("expected printable ASCII, found {0:?}")]
@@ -120,7 +120,7 @@ pub enum EscapeError {
 /// Reads bytes as [`Escaped::new`] writes them.
 ///
 /// # Errors
-/// The first unit that is no byte.
+/// The first unit that is not a byte.
 pub fn parse(text: &str) -> Result<Vec<u8>, EscapeError> {
     let byte = |unit| match unit {
         Err(UnclosedCode { rest }) => Err(EscapeError::Unclosed(rest.to_string())),

@@ -27,7 +27,7 @@ pub enum FileRule {
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum FileError {
     /// The first text does not begin with `FL,`.
-    #[error("FL, expected at the start of the file's first text")]
+    #[error("expected FL at the start of the file's first text")]
     NoPrefix,
     /// The file is larger than the free space.
     #[error("the file is longer than {limit} bytes")]
@@ -36,7 +36,7 @@ pub enum FileError {
         limit: usize,
     },
     /// There are data after EOF.
-    #[error("the end of the text expected after EOF, more found")]
+    #[error("expected the end of the text after EOF, found more")]
     DataAfterEnd,
     /// A byte that the rule does not allow.
     #[error("line {line}, character {column}: expected printable ASCII, found the byte {found:02X}")]
@@ -191,7 +191,7 @@ pub enum Received {
     More,
     /// The file is complete: its content without EOF.
     Complete(Vec<u8>),
-    /// The file is rejected; what was received of it is dropped.
+    /// The file is rejected, and its received bytes are dropped.
     Refused(FileError),
 }
 

@@ -131,14 +131,14 @@ impl fmt::Display for FileName {
 pub struct VariableName {
     /// The name in upper case.
     pub name: String,
-    /// The subscripts of an element; empty for a variable that is no array.
+    /// The subscripts of an element; empty for a variable that is not an array.
     pub subscripts: Vec<i32>,
 }
 
 impl VariableName {
-    /// Reads `NAME` or `NAME(1,2)`: one letter, then letters, digits and underscores, at most
-    /// [`MAX_VARIABLE_NAME`] characters; at most [`MAX_SUBSCRIPTS`] whole numbers; case does not matter.
-    /// Blanks may stand around the subscripts.
+    /// Reads `NAME` or `NAME(1,2)`: one letter, then letters, digits and underscores, at most [`MAX_VARIABLE_NAME`]
+    /// characters; at most [`MAX_SUBSCRIPTS`] whole numbers; case does not matter. Blanks around the subscripts are
+    /// allowed.
     ///
     /// # Errors
     /// Anything else, with what was expected.

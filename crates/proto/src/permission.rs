@@ -62,8 +62,8 @@ static SIX_AXIS_PRINT: PermissionTable = PermissionTable::build(Edition::SixAxis
 static SIX_AXIS: PermissionTable = PermissionTable::build(Edition::SixAxis);
 static SCARA: PermissionTable = PermissionTable::build(Edition::Scara);
 
-/// The rows of the extensions in a snapshot. Later ones are left out at the end while they are as printed, so that a new
-/// command does not change the files of a controller that nobody has configured for it.
+/// The rows of the extensions in a snapshot. Later rows at the end are omitted while they are as printed, so that a new
+/// command does not change the snapshot of a controller that was not configured for it.
 mod extension_rows {
     use super::{EXTENSION_ROWS, REQUIRED_EXTENSIONS, Row, Rows, SIX_AXIS_PRINT};
     use alloc::vec::Vec;
@@ -170,8 +170,7 @@ impl PermissionTable {
     /// as printed.
     ///
     /// # Errors
-    /// A line that is no heading and no row, a cell that is not O, S or X, a row or a table twice
-    /// or missing.
+    /// A line that is neither a heading nor a row, a cell that is not O, S or X, a row or a table twice or missing.
     pub fn parse(text: &str) -> Result<PermissionTable, PermissionError> {
         let mut table = *PermissionTable::of(Edition::SixAxisPrint);
         let mut missing = Vec::from(HEADINGS);

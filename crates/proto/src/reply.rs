@@ -69,7 +69,7 @@ impl Reply {
         }
     }
 
-    /// The content of an FL that is complete in this text: what stands before EOF.
+    /// The content of an FL that is complete in this text: the bytes before EOF.
     pub fn content(&self) -> Option<&[u8]> {
         let Reply::Fl(body) = self else { return None };
         let end = body.strip_suffix(&[CR]).unwrap_or(body);

@@ -25,7 +25,7 @@ where
 /// Deserializes the string of [`serialize`].
 ///
 /// # Errors
-/// A character above U+00FF, which is no byte.
+/// A character above U+00FF.
 pub fn deserialize<'de, T, D>(from: D) -> Result<T, D::Error>
 where
     T: FromIterator<u8>,

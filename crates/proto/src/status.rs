@@ -65,7 +65,7 @@ codes! {
         Running = 1,
         /// Stop (retry): the next start resumes the interrupted movement.
         Retry = 2,
-        /// Stop (continue): the next start goes on with the present step.
+        /// Stop (continue): the next start continues with the present step.
         Continue = 3,
     }
     /// The value in SF, 0 to 3.

@@ -52,8 +52,8 @@ pub enum StxRule {
     Required,
 }
 
-/// What ends a text without STX (option `text.end`). A text with STX, a text that begins with `FL,` and a text with a
-/// checksum end by ETX under each of them.
+/// End of a text without STX (option `text.end`). A text with STX, a text that begins with `FL,` and a text with a
+/// checksum always end with ETX.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 pub enum EndRule {
     /// ETX alone (FRM-01).

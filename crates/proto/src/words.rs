@@ -82,7 +82,7 @@ impl UnexpectedWord {
     }
 }
 
-/// Most words that are suggested in place of one.
+/// Most words that are suggested for one.
 const MAX_SUGGESTIONS: usize = 3;
 /// Longest word that is compared with others, in bytes.
 const MAX_COMPARED: usize = 64;

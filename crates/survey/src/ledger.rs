@@ -112,7 +112,7 @@ const RESTS_ON: &[(&str, &[&str])] = &[
     ("watchdog-late", &["ext-8"]),
 ];
 
-/// Words of programs, and the rows that a program with them rests on.
+/// Words of programs, and the assumed behaviours that a program with them relies on.
 const PROGRAMS_REST_ON: &[(&str, &[&str])] = &[
     ("BCDIN", &["scol-33"]),
     ("BCDOUT", &["scol-33"]),
@@ -142,8 +142,7 @@ const PROGRAMS_REST_ON: &[(&str, &[&str])] = &[
     ("WITH", &["scol-31"]),
 ];
 
-/// The assumed rows, in the order of the page, that a host rests on which has sent these commands and got these findings, and
-/// the programs that it has run.
+/// Assumed behaviours that a run depended on, by its commands, findings and programs, in the order of the page.
 pub fn rests_on<'a>(
     done: impl IntoIterator<Item = &'a str>,
     programs: impl IntoIterator<Item = &'a [u8]>,

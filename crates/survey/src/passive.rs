@@ -1,7 +1,8 @@
-//! The same answers from texts that others have exchanged: a recording of a host at work decides less than questions do, and
-//! disturbs nobody.
+//! The same answers from recorded traffic: a recording of a host at work answers fewer questions, without disturbing
+//! the robot.
 //!
-//! One [`Passive`] for each connection; [`Observation`] joins them. What was heard in two ways is unknown.
+//! One [`Passive`] for each connection; [`Observation`] joins them. A question with two different answers stays
+//! unknown.
 
 use crate::catalogue;
 use crate::forms;
@@ -60,7 +61,7 @@ impl Observation {
             Some(match heard.as_slice() {
                 [one] => Answer::heard(probe, one.clone()),
                 several => {
-                    let note = format!("heard in several ways: {}", several.join("; "));
+                    let note = format!("several different answers: {}", several.join("; "));
                     Answer::without(probe, Verdict::Unknown, note)
                 }
             })

@@ -12,8 +12,8 @@ pub enum Class {
     Files,
     /// A program of the survey is selected and run. It computes, prints and waits; no axis moves.
     Program,
-    /// Servo power is switched, statements are executed with DO, feed hold and BREAK are used, the last axis is turned by a few
-    /// degrees and back. Somebody stands at the emergency stop.
+    /// Servo power is switched, statements are executed with DO, feed hold and BREAK are used, the last axis is turned
+    /// by a few degrees and back. A person has to be at the emergency stop.
     Motion,
 }
 
@@ -66,15 +66,15 @@ impl Word for Verdict {
 pub enum Ask {
     /// These bytes are sent, in the readable notation. The reply is the type of the first text received, or `silence`.
     Bytes(&'static str),
-    /// This program is run; heard is the value of its global variable R.
+    /// Runs this program; the reply is the value of its global variable R.
     Value(&'static str),
     /// The same of a program that an alarm may stop: `stopped` then.
     Stops(&'static str),
     /// This program is selected: `accepted` or `refused`.
     Selects(&'static str),
-    /// The content of this file or status is asked for; heard is its form.
+    /// Reads the content of this file or status; the reply is its form.
     Form(&'static str, fn(&[u8]) -> &'static str),
-    /// More than one step; heard is one of a few words.
+    /// More than one step; the reply is one of a few words.
     Word(fn(&mut Session<'_>) -> Result<&'static str, ProbeError>),
     /// More than one step.
     Steps(fn(&mut Session<'_>) -> Result<Reply, ProbeError>),
@@ -91,11 +91,11 @@ pub struct Probe {
     pub sends: &'static str,
     /// How it is asked.
     pub ask: Ask,
-    /// The known readings of the manual, each as the [`Reply`] of a controller that has it; `*` stands for any number, or
+    /// The known readings of the manual, each as the [`Reply`] of a controller that has it; `*` matches any number, or
     /// several with blanks between them. The first is that of the emulator by default.
     pub readings: &'static [&'static str],
-    /// The option that the first readings decide, and the value for each that makes the emulator do the same; `*` is the
-    /// number heard.
+    /// The option that the first readings decide, and the value for each that makes the emulator do the same; `*` is
+    /// the number in the reply.
     pub decides: Option<(&'static str, &'static [&'static str])>,
     /// The reading that the emulator has by default with another arm.
     pub with_other_arm: Option<&'static str>,
@@ -117,7 +117,7 @@ impl Probe {
         }
     }
 
-    /// What it means that this was heard, and the option that it decides with its value; `None` if no reading is known.
+    /// The verdict about a reply, and the option that it decides with its value; `None` if no reading is known.
     pub(crate) fn judge(&self, heard: &str) -> Option<(Verdict, Option<(&'static str, &'static str)>)> {
         let fits = |reading: &&str| match *reading {
             "*" => heard.starts_with(|char: char| char.is_ascii_digit()) && heard.bytes().all(is_numeral),

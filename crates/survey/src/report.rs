@@ -33,7 +33,7 @@ pub struct Answer {
 }
 
 impl Answer {
-    /// The answer of a controller from which this was heard.
+    /// The answer of a controller with this reply.
     pub fn heard(probe: &Probe, heard: Reply) -> Answer {
         let (verdict, sets, note) = match probe.judge(&heard) {
             Some((verdict, sets)) => (verdict, sets, ""),
@@ -74,7 +74,7 @@ pub struct Report {
     pub answers: Vec<Answer>,
     /// Why the survey did not come to its end.
     pub stopped: Option<String>,
-    /// State that could not be put back.
+    /// State that could not be restored.
     pub left: Vec<String>,
     /// The least, the quartiles and the greatest answer time in milliseconds; empty if none is known.
     pub answer_times: Vec<f64>,
@@ -83,7 +83,7 @@ pub struct Report {
 /// Why a file cannot be read.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum ReportError {
-    /// It is no TOML, or lacks something.
+    /// The file is not TOML, or lacks a field.
     #[error("{0}")]
     Form(String),
     /// Another version of the format.
@@ -101,7 +101,7 @@ pub enum ReportError {
         computed: String,
     },
     /// An answer has a verdict that is none.
-    #[error("answer {probe}: `{verdict}` is no verdict")]
+    #[error("answer {probe}: `{verdict}` is not a verdict")]
     Verdict {
         /// Name of the question.
         probe: String,
@@ -303,7 +303,8 @@ pub struct Difference {
 pub struct Comparison {
     /// The questions that they answer in different ways.
     pub differences: Vec<Difference>,
-    /// The questions that only the first one answers. They are no differences: the other was not asked, or not for this.
+    /// The questions that only the first one answers. They are not differences: the other was not asked, or not for
+    /// this.
     pub only_first: Vec<String>,
     /// The questions that only the second one answers.
     pub only_second: Vec<String>,
@@ -333,7 +334,7 @@ pub fn compare(first: &Report, second: &Report) -> Comparison {
     found
 }
 
-/// Finds a change by accident; nobody is kept from changing a file on purpose. FNV-1a, 64 bits.
+/// Detects accidental changes, not deliberate ones. FNV-1a, 64 bits.
 fn checksum(text: &str) -> String {
     const OFFSET: u64 = 0xCBF2_9CE4_8422_2325;
     const PRIME: u64 = 0x0000_0100_0000_01B3;

@@ -22,7 +22,7 @@ pub struct Plan {
     pub classes: Vec<Class>,
     /// Only the questions with these names; empty: all.
     pub only: Vec<String>,
-    /// Set by others: nothing more is asked, and what was changed is put back.
+    /// Set by others: the survey asks nothing more and restores its changes.
     pub stop: Arc<AtomicBool>,
 }
 
@@ -36,7 +36,7 @@ impl Plan {
     }
 }
 
-/// State from before the run, which is put back.
+/// State from before the run, to be restored.
 #[derive(Debug, Default)]
 struct Before {
     /// The selected file, where the survey may select another one; empty for none.
@@ -45,11 +45,11 @@ struct Before {
     arm: Option<SystemStatus>,
 }
 
-/// Asks a controller; `watch` sees each answer. What the survey changes it puts back, also when it has to stop; what it could
-/// not put back is in the report.
+/// Asks a controller; `watch` sees each answer. The survey restores all its changes, also when it has to stop; the
+/// report lists what it could not restore.
 ///
 /// # Errors
-/// Nobody answers.
+/// No controller answers.
 pub fn survey(peer: &mut dyn Peer, plan: &Plan, watch: &mut dyn FnMut(&Answer)) -> Result<Report, PeerError> {
     let is_serial = peer.is_serial();
     let mut session = Session::new(peer, Arc::clone(&plan.stop));
@@ -224,7 +224,7 @@ fn ask(session: &mut Session<'_>, probe: &Probe) -> Result<Reply, ProbeError> {
             Class::Files | Class::Program | Class::Motion => session.execution()?,
         };
         match &first {
-            Some(first) if *first != heard => return Ok(format!("{first}, and another time {heard}")),
+            Some(first) if *first != heard => return Ok(format!("{first}, then {heard}")),
             Some(_) => {}
             None => first = Some(heard),
         }
@@ -334,7 +334,7 @@ fn arm_back(
     Ok(left)
 }
 
-/// Puts back what was there before. Returns what could not be put back.
+/// Restores the previous state. Returns what could not be restored.
 fn put_back(session: &mut Session<'_>, before: &Before, is_surprised: bool) -> Vec<String> {
     let mut left = Vec::new();
     if session.reopen().is_err() {

@@ -41,7 +41,8 @@ pub enum ProbeError {
     /// The controller does not allow what the probe needs.
     #[error("{0}")]
     Refused(String),
-    /// A reply that no controller is known to give. The survey ends: what is unclear must not go on at a machine.
+    /// A reply that no controller is known to give. The survey ends: with an unclear state it must not continue at a
+    /// machine.
     #[error("{0}")]
     Unexpected(String),
     /// No reply. The survey ends as well.
@@ -50,7 +51,7 @@ pub enum ProbeError {
 }
 
 impl ProbeError {
-    /// Whether the survey goes on with the next probe.
+    /// Whether the survey continues with the next probe.
     pub(crate) fn is_refusal(&self) -> bool {
         matches!(self, ProbeError::Refused(_))
     }
@@ -183,7 +184,7 @@ impl<'a> Session<'a> {
         }
     }
 
-    /// From now on nobody interrupts: what was changed is put back.
+    /// Ignores interruptions from now on, to restore all changes.
     pub(crate) fn ignore_interruptions(&mut self) {
         self.client.transport_mut().stop = Arc::default();
     }
@@ -342,7 +343,7 @@ impl<'a> Session<'a> {
     /// Waits for one text after [`Session::send_at_once`].
     ///
     /// # Errors
-    /// Two came, or something that is no text.
+    /// Two texts came, or bytes that are not a text.
     pub fn receive(&mut self) -> Result<Option<Text>, ProbeError> {
         self.expect(Expected::Text);
         self.text_of("the bytes")
@@ -365,7 +366,7 @@ impl<'a> Session<'a> {
     /// Sends these bytes and waits for one text. A text under way at the end of the wait is unexpected.
     ///
     /// # Errors
-    /// Two texts came, or something that is no text.
+    /// Two texts came, or bytes that are not a text.
     pub fn exchange(&mut self, bytes: &[u8]) -> Result<Option<Text>, ProbeError> {
         self.execution = None;
         self.client
@@ -466,7 +467,7 @@ impl<'a> Session<'a> {
     /// Sends these bytes and returns the type of the reply: `answer`, `OK`, `NG` or `silence`.
     ///
     /// # Errors
-    /// Two texts came, or something that is no text.
+    /// Two texts came, or bytes that are not a text.
     pub fn reply_kind(&mut self, bytes: &[u8]) -> Result<Reply, ProbeError> {
         let text = self.exchange(bytes)?;
         self.kind_of(text)

@@ -1,4 +1,4 @@
-//! A controller behind a serial port of this computer, at its port HOST.
+//! A controller at a serial port of this computer, with its port HOST.
 
 use super::{LONGEST_WAIT, Transport, is_timeout};
 use serialport::{DataBits, SerialPort, StopBits};

@@ -7,7 +7,7 @@ use crate::command::operand::Operands;
 use crate::name::FileName;
 
 const NAME: &str =
-    "a file name (a letter, then letters and digits, perhaps a dot and an extension, at most 12 in all)";
+    "a file name (a letter, then letters and digits, optionally a dot and an extension, at most 12 in all)";
 
 pub(super) fn name(operands: Operands<'_>) -> Result<FileName, CommandError> {
     let text = operands.text(NAME)?;

@@ -23,8 +23,8 @@ pub enum Number {
 }
 
 impl Number {
-    /// Reads a number: sign, digits, decimal point, exponent as usual; nothing else around it. Whole numbers
-    /// beyond 32 bits become reals; what is beyond a double is no number.
+    /// Reads a number: sign, digits, decimal point, exponent as usual; nothing else around it. Whole numbers beyond 32
+    /// bits become reals; a number beyond a double is refused.
     pub fn parse(text: &str) -> Option<Number> {
         // The standard library reads words such as "inf" too.
         let known = |byte: u8| byte.is_ascii_digit() || b"+-.eE".contains(&byte);

@@ -144,7 +144,7 @@ fn blank(input: &str) -> ParseResult<'_, ()> {
     context("a blank", space1).map(|_| ()).parse(input)
 }
 
-/// The level that stands for no alarm.
+/// The level 0: no alarm.
 const NONE: u8 = 0;
 /// Longest time, in ms (ste80722 S11).
 pub const MAX_WATCHDOG_MS: u32 = 99_999;

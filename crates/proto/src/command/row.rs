@@ -33,7 +33,6 @@ pub enum Source {
 pub enum Answer {
     /// OK; or nothing, for a part of an exchange.
     Acknowledge,
-    /// A file.
     File,
     /// A file that hosts ask for again and again, and that asking for does not change.
     Status,

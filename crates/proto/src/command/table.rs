@@ -146,7 +146,7 @@ commands! {
 
     /// Feed hold (CMD-FD-01).
     Fd => {
-        letters: "FD", help: "Feed hold: once holds, again releases",
+        letters: "FD", help: "Feed hold: the first FD holds, the next releases",
         source: Manual, sender: Host, answer: Acknowledge, permission: valid(14, "OOOOO", "OOOOO"),
     }
 
@@ -207,7 +207,7 @@ commands! {
     } => {
         letters: "WD", form: "WD,<milliseconds> <0|1|2|8>", example: "WD,700 2",
         operands: ["milliseconds", "level of the alarm"],
-        help: "watchdog; an alarm when no sm follows in time. 0 0 stops it",
+        help: "watchdog: an alarm is raised if no sm follows in time; 0 0 stops it",
         source: ScaraManual, sender: Host, answer: Acknowledge, permission: valid(8, "OOOOO", "OOOOO"),
         parse: operate::wd, encode: text(format!("{timeout_ms} {}", level.map_or(0, AlarmLevel::number))),
     }
@@ -328,7 +328,6 @@ commands! {
     Jg {
         /// Axis, 1 to 8.
         axis: u8,
-        /// Where to.
         motion: JogDirection,
     } => {
         letters: "JG", form: "JG,<1-8> <+|-|!>", example: "JG,1 +",

@@ -177,7 +177,7 @@ impl EthernetParameters {
         };
         if self.open_mode[0] == OpenMode::Client {
             self.open_mode[0] = OpenMode::Server;
-            let expected = "0 or 1, IP0 is no client";
+            let expected = "0 or 1; IP0 is never a client";
             problems.add("E00", CHANNELS[0], expected, "2", line("E00", ""));
         }
         for (later, key) in CHANNELS.into_iter().enumerate() {

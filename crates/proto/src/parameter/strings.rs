@@ -15,7 +15,7 @@ pub const MAX_STRING: usize = 32;
 /// Largest number of a row (S91).
 const MAX_NUMBER: u16 = 32_767;
 
-/// A row: a text, and the number that it stands for.
+/// A row: a string and its number.
 #[derive(Debug, Clone, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct StringRow {

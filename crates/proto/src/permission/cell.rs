@@ -20,7 +20,7 @@ pub enum Permission {
 }
 
 impl Permission {
-    /// The cell that a letter stands for: O, S or X.
+    /// The cell of a letter: O, S or X.
     pub(crate) const fn from_letter(letter: u8) -> Option<Permission> {
         match letter {
             b'O' => Some(Permission::Valid),

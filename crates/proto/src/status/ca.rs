@@ -35,8 +35,8 @@ pub fn encode_directory(entries: &[DirectoryEntry], blanks: &str) -> Vec<u8> {
 /// Reads a content.
 ///
 /// # Errors
-/// A record that is not a name, a number and at most one attribute, separated by blanks: how many stand there is in
-/// the figure that is lost (DIR-02).
+/// A record that is not a name, a number and at most one attribute, separated by blanks. The number of blanks was in a
+/// figure of the manual that is lost (DIR-02).
 pub fn decode_directory(content: &[u8]) -> Result<Vec<DirectoryEntry>, BodyError> {
     Field::whole("CA", content).records().map(decode_entry).collect()
 }

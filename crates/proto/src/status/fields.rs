@@ -25,7 +25,7 @@ impl<'a> Field<'a> {
         Field { file, bytes, at: 0 }
     }
 
-    /// The whole content of a file of one record; a CR may stand at its end.
+    /// The whole content of a file of one record; a CR at its end is allowed.
     pub(crate) fn record(file: &'static str, bytes: &'a [u8]) -> Field<'a> {
         Field::whole(file, bytes.strip_suffix(&[CR]).unwrap_or(bytes))
     }
@@ -100,8 +100,8 @@ impl<'a> Field<'a> {
         (length <= self.bytes.len()).then(|| self.split_at(length))
     }
 
-    /// The parts of a record of fixed widths, one with each call, then the rest. In the pattern a run of one letter is a
-    /// part, everything else stands between parts: `YY-MM-DD hh:mm`.
+    /// The parts of a record of fixed widths, one with each call, then the rest. In the pattern a run of one letter is
+    /// a part, everything else separates parts: `YY-MM-DD hh:mm`.
     pub(crate) fn parts(
         self,
         mut pattern: &'static str,

@@ -23,7 +23,7 @@ pub fn encode_values(values: &[Number]) -> Vec<u8> {
 /// Reads a content: a number with a decimal point is a real, any other an integer.
 ///
 /// # Errors
-/// No value at all, a value that is no number, an integer beyond 32 bits.
+/// No value at all, a value that is not a number, an integer beyond 32 bits.
 pub fn decode_values(content: &[u8]) -> Result<Vec<Number>, BodyError> {
     let fields = Field::record("MR", content).split(b' ');
     fields.map(decode_value).collect()

@@ -37,11 +37,11 @@ pub fn three_decimals(value: f64) -> String {
     }
 }
 
-/// Reads a content; a CR may stand at the end. A last item without decimal point is the configuration.
+/// Reads a content; a CR at the end is allowed. A last item without decimal point is the configuration.
 ///
 /// # Errors
-/// No value, more than [`MAX_VALUES`], a value without decimal point or that is no number, a configuration of
-/// more than five digits.
+/// No value, more than [`MAX_VALUES`], a value without decimal point or that is not a number, a configuration of more
+/// than five digits.
 pub fn decode_position(content: &[u8]) -> Result<Position, BodyError> {
     const NUMBER: &str = "a value with a decimal point, or a configuration of at most five digits";
     let whole = Field::record("PR", content);

@@ -111,8 +111,8 @@ impl SfLayout {
 }
 
 /// Runs of alarm words: the level, the code of the first word, the words (decision D6, SF-22, ste80722 S25). That the
-/// codes of the second runs go on where the first end is inferred. The six-axis manual prints 895 as the end of level 1;
-/// the SCARA edition prints 959.
+/// codes of the second runs continue where the first end is inferred. The six-axis manual prints 895 as the end of
+/// level 1; the SCARA edition prints 959.
 static ALARM_RANGES: [(AlarmLevel, u16, RangeInclusive<u16>); 8] = [
     (AlarmLevel::L8, 1, 0..=367),
     (AlarmLevel::L4, 1, 368..=511),
@@ -133,7 +133,7 @@ pub fn alarm_word(level: AlarmLevel, code: u16) -> Option<u16> {
     })
 }
 
-/// Level and code of a word; `None` if the word is no alarm.
+/// Level and code of a word; `None` if the word is not an alarm.
 pub fn alarm_from_word(word: u16) -> Option<(AlarmLevel, u16)> {
     let mut runs = ALARM_RANGES.iter();
     let (level, first, words) = runs.find(|(_, _, words)| words.contains(&word))?;

@@ -144,7 +144,7 @@ impl QuickStatus {
         items.join(" ").into_bytes()
     }
 
-    /// Reads a content; a CR may stand at the end.
+    /// Reads a content; a CR at the end is allowed.
     ///
     /// # Errors
     /// An item that is missing, without its label, or out of its range; more than 14 items.

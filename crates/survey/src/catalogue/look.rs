@@ -12,7 +12,7 @@ use ts3100_proto::text::{Checksum, EOF, Framing, MAX_DATA, STX};
 
 /// How soon a controller that closes a second connection does so.
 const SECOND: Duration = Duration::from_secs(1);
-/// An answer later than this is no measure of a pause of 50 ms.
+/// An answer later than this does not measure a pause of 50 ms.
 const PROMPT: Duration = Duration::from_millis(40);
 /// A pause inside a text that every controller allows, and one that the manual does not.
 const ALLOWED_PAUSE: Duration = Duration::from_secs(6);
@@ -320,7 +320,9 @@ fn command_in_exchange(session: &mut Session<'_>) -> Result<Reply, ProbeError> {
 
 fn within_the_pause(session: &mut Session<'_>) -> Result<Reply, ProbeError> {
     if session.is_accepted("QQ")? {
-        return Err(ProbeError::Refused("QQ, which is no command, got OK".to_owned()));
+        return Err(ProbeError::Refused(
+            "QQ, which is not a command, got OK".to_owned(),
+        ));
     }
     let (asked, answered) = session.request_times();
     let text = session.text("SU\r");

@@ -1,5 +1,5 @@
-//! Questions for which servo power is switched, or a statement is executed with DO. Those of `turns.rs` move an axis; these do
-//! not, but somebody stands at the emergency stop all the same.
+//! Questions for which servo power is switched, or a statement is executed with DO. Those of `turns.rs` move an axis;
+//! these do not, but a person has to be at the emergency stop nevertheless.
 
 use super::ROW;
 use super::program::trust;

@@ -1,5 +1,5 @@
-//! Questions that turn the last axis by five or ten degrees, at one hundredth of its speed, and back at 5 %; one moves the arm by
-//! a millimetre. Somebody stands at the emergency stop.
+//! Questions that turn the last axis by five or ten degrees, at one hundredth of its speed, and back at 5 %; one moves
+//! the arm by a millimetre. A person has to be at the emergency stop.
 
 use super::motion::{PRIVATE, arm_status};
 use crate::probe::{Ask, Probe};
@@ -317,7 +317,8 @@ fn feed_hold_motion(session: &mut Session<'_>, turn: Turn) -> Result<&'static st
     })
 }
 
-/// Starts a program that turns, and stops it by this command: what has become of the motion, and where the program stopped.
+/// Starts a program that turns, and stops it by this command: returns the outcome of the motion and the place of the
+/// stop.
 fn stopped_motion(session: &mut Session<'_>, turn: Turn, command: &str) -> Result<Reply, ProbeError> {
     session.select(&program(&[&turn.statement(), "R = 1"]))?;
     session.start()?;

@@ -153,7 +153,7 @@ impl Session<'_> {
     /// Waits for the end of the program that runs, and stops it if there is none.
     ///
     /// # Errors
-    /// Something that is no answer came.
+    /// The reply is not an answer.
     pub fn finish(&mut self) -> Result<Option<ExecutionStatus>, ProbeError> {
         let ended = self.until_stopped(LONGEST_RUN)?;
         if ended.is_none() {
