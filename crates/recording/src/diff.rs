@@ -63,7 +63,7 @@ pub enum DifferenceKind {
         emulated: Vec<u8>,
         /// Why the emulator has refused, if it has.
         reason: Option<String>,
-        /// Where, and what it means.
+        /// Place and meaning.
         parts: Vec<PartDifference>,
     },
     /// In its time, since the host or the robot last did something.
@@ -83,7 +83,7 @@ pub enum DifferenceKind {
         /// The answer recorded.
         #[serde(serialize_with = "for_reading")]
         recorded: Vec<u8>,
-        /// What the emulator says about the host's bytes before it, if anything.
+        /// Remark of the emulator about the host's bytes before it, if any.
         reason: Option<String>,
     },
     /// The emulator sends it, the recording has nothing of the kind.
@@ -111,7 +111,6 @@ fn micros<S: Serializer>(duration: &Duration, serializer: S) -> Result<S::Ok, S:
     serializer.serialize_u64(u64::try_from(duration.as_micros()).unwrap_or(u64::MAX))
 }
 
-/// A difference.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Difference {
     /// Kind of the difference.
@@ -122,7 +121,6 @@ pub struct Difference {
     /// Time of the recording.
     #[serde(rename = "t_us")]
     pub at: Time,
-    /// Where.
     #[serde(serialize_with = "as_text::serialize")]
     pub line: PeerId,
     /// The host's text before it, as far as it is worth showing; empty if there was none.
@@ -151,7 +149,7 @@ pub struct Report {
 pub struct Candidate {
     /// Its controller, after power-on.
     pub controller: Controller,
-    /// What it does with a second connection.
+    /// Treatment of a second connection.
     pub second: SecondConnection,
     /// Servo power is turned on at the start.
     pub servo_on: bool,

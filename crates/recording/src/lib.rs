@@ -1,5 +1,5 @@
-//! What is written down of a controller and of those who talk to it: transcripts and captures, recordings of a real robot,
-//! their comparison, scenarios and their results, reports for the authors of hosts.
+//! Records of a controller and its peers: transcripts and captures, recordings of a real robot, their comparison,
+//! scenarios and their results, reports for the authors of hosts.
 //!
 //! Nothing here owns a controller that hosts talk to: it subscribes to one ([`ts3100_driver::seat::Subscriber`]), or plays a
 //! recording to one of its own ([`diff`]).

@@ -36,20 +36,20 @@ pub struct Scenario {
     /// The state it begins with.
     pub start: Start,
     pub steps: Vec<Step>,
-    /// What the hosts are to do, or not.
+    /// Expectations of the hosts.
     pub expectations: Vec<Expectation>,
 }
 
 /// The state a scenario begins with.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Start {
-    /// A snapshot in place of a controller whose power has just come on.
+    /// A snapshot instead of a controller that was just powered on.
     pub restore: Option<PathBuf>,
     /// Files of the PC to put on the RAM drive.
     pub load: Vec<PathBuf>,
     /// File to select.
     pub select: Option<String>,
-    /// What is done before anything else.
+    /// Actions at the start.
     pub actions: Vec<ScenarioAction>,
 }
 
@@ -58,7 +58,6 @@ pub struct Start {
 pub struct Step {
     /// Its line of the file.
     pub line: usize,
-    /// When.
     pub trigger: StepTrigger,
     /// How often at most; 0 for as often as its condition comes.
     pub times: u32,
@@ -71,18 +70,17 @@ pub struct Step {
 pub enum StepTrigger {
     /// At a time after the beginning.
     At(Duration),
-    /// So long after something has happened.
+    /// This long after an event.
     When(Condition, Duration),
 }
 
-/// What the hosts are to do, or not.
+/// Expectations of the hosts.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Expectation {
     /// Its line of the file.
     pub line: usize,
     /// Its name in the results.
     pub name: String,
-    /// What.
     pub condition: Condition,
     /// From when on: from the beginning, or from something that happens.
     pub after: Option<Condition>,
@@ -94,7 +92,7 @@ pub struct Expectation {
 pub enum ExpectationKind {
     /// It comes at least so often, in time if one is given.
     Occurs {
-        /// How often.
+        /// Number of times.
         times: u32,
         /// Within this time.
         within: Option<Duration>,

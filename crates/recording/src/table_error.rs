@@ -1,4 +1,4 @@
-//! What is wrong in a TOML file that people write, and where: scenarios and fault files are read by hand, so that their
+//! Error in a TOML file that people write, with its place: scenarios and fault files are parsed by hand, so that
 //! messages say what was expected.
 
 use std::ops::Range;

@@ -139,10 +139,7 @@ async fn accept(route: Route, listener: TcpListener, log: TapLog, connect_timeou
         let (stream, peer) = match listener.accept().await {
             Ok(accepted) => accepted,
             Err(error) => {
-                warn!(
-                    port = port.name(),
-                    "{port}: a connection was not accepted: {error}"
-                );
+                warn!(port = port.name(), "{port}: cannot accept a connection: {error}");
                 tokio::time::sleep(ACCEPT_PAUSE).await;
                 continue;
             }
@@ -151,7 +148,7 @@ async fn accept(route: Route, listener: TcpListener, log: TapLog, connect_timeou
         let Some(line) = room.then(|| log.add_peer(port)).flatten() else {
             warn!(
                 port = port.name(),
-                "{port}: {peer} turned away, {MAX_HOSTS} hosts are there"
+                "{port}: refused {peer}: {MAX_HOSTS} hosts are connected already"
             );
             relay::reset(&stream);
             continue;
@@ -181,7 +178,7 @@ async fn carry(
                 Ok(Err(error)) => error.to_string(),
                 _ => format!("no answer within {limit:?}"),
             };
-            warn!(event = "tap-refused", %line, "{line}: {controller} was not reached: {reason}; {peer} is reset");
+            warn!(event = "tap-refused", %line, "{line}: cannot reach {controller}: {reason}; resetting {peer}");
             log.ended(line, Side::Robot, EndReason::Refused);
             relay::reset(&host);
         }

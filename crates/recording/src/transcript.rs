@@ -1,5 +1,5 @@
-//! Transcripts: what was sent over each port and done at the panel, in order and with times. Three formats: text to read
-//! and replay (`text`), JSON lines for programs (`json`), and pcapng for Wireshark (`pcapng`).
+//! Transcripts: the traffic of each port and the actions at the panel, in order and with times. Three formats: text to
+//! read and replay (`text`), JSON lines for programs (`json`), and pcapng for Wireshark (`pcapng`).
 //!
 //! Who records is not known here: the driver of a running emulator (`sink`) or a tap in front of a real controller
 //! ([`crate::tap`]). Start with [`RecordKind`]; [`Recording::read`] reads a file back.
@@ -136,8 +136,8 @@ impl RecordKind {
 /// One record of a transcript.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Record {
-    /// Since the start of the recording; virtual time where it is an emulator's. It goes on from another moment
-    /// after a record that changes time ([`LinkRecord::new_time`]).
+    /// Since the start of the recording; virtual time where it is an emulator's. It continues from another moment after
+    /// a record that changes time ([`LinkRecord::new_time`]).
     pub at: Time,
     /// Content of the record.
     pub kind: RecordKind,
@@ -146,7 +146,7 @@ pub struct Record {
 /// The state before the first record.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct Header {
-    /// `observed`, and by what.
+    /// `observed`, and the observer.
     pub origin: String,
     /// Date and time at the start, when they are known and not those of a fresh controller.
     pub calendar: Option<CalendarTime>,
@@ -161,7 +161,6 @@ pub struct Header {
 /// A transcript that was read from a file.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Recording {
-    /// The header.
     pub header: Header,
     /// The records, in order.
     pub records: Vec<Record>,
@@ -182,7 +181,7 @@ pub enum LineError {
     NoFile,
     #[error("the file is longer than {0} bytes")]
     FileSize(u64),
-    #[error("expected bytes: a recording has no line for what did not come")]
+    #[error("expected bytes: a recording has no line for missing bytes")]
     Nothing,
     #[error(transparent)]
     Pause(#[from] DurationError),
@@ -192,7 +191,7 @@ pub enum LineError {
     NotByte(String),
     #[error("expected 1 to {MAX_PEERS} after #, found {0}")]
     PeerNumber(String),
-    #[error("expected a port such as IP0, found {0}")]
+    #[error("expected a port (IP0, HOST, COM1 ...), found {0}")]
     PeerPort(String),
     #[error("unknown event {0:?}")]
     NoLink(String),
@@ -279,7 +278,6 @@ impl Format {
 trait Writer: Send {
     /// Everything before the first record.
     fn header(&mut self, header: &Header, out: &mut Vec<u8>);
-    /// A record.
     fn record(&mut self, record: &Record, out: &mut Vec<u8>);
 }
 

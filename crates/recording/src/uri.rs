@@ -32,8 +32,8 @@ pub fn of_file(path: &Path) -> String {
     }
 }
 
-/// A section of the documentation, as [`crate::book`] names it. Without a published book it is a name that leads nowhere, because
-/// a relative link is no URI.
+/// A section of the documentation, as [`crate::book`] names it. Without a published book it is only a name, because a
+/// relative link is not a URI.
 pub fn of_docs(section: &str) -> String {
     match section.contains("://") {
         true => section.to_owned(),

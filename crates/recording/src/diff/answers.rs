@@ -13,10 +13,9 @@ use ts3100_proto::text::{CR, Checksum, Decoded, Reading, TextDecoder, TextOption
 /// Bytes that wait for the end of their text or record; then they are taken as they are.
 const MAX_BUFFER: usize = 65_536;
 
-/// An answer.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(super) struct Answer {
-    /// A text with its framing, a record with its CR, or what stands there in their place.
+    /// A text with its framing, a record with its CR, or the bytes received instead.
     pub(super) bytes: Vec<u8>,
     /// Letters of the command that it answers, as far as that is known.
     pub(super) letters: String,
@@ -24,7 +23,7 @@ pub(super) struct Answer {
     pub(super) question: String,
     /// When its last byte came.
     pub(super) at: Time,
-    /// Line of the file in which its first byte stands; 0 for the emulator's own.
+    /// Line of the file with its first byte; 0 for the emulator's own.
     pub(super) file_line: usize,
     /// Its end has come.
     pub(super) complete: bool,
@@ -114,7 +113,7 @@ impl AnswerSplitter {
         answers
     }
 
-    /// What waits for its end, as it is.
+    /// Returns the incomplete answer.
     pub(super) fn flush(&mut self) -> Option<Answer> {
         (!self.buffer.is_empty()).then(|| self.take(self.buffer.len(), false))
     }
@@ -146,7 +145,6 @@ impl AnswerSplitter {
 pub(super) enum Event {
     /// Of the host or the panel, to be played.
     Input(RecordKind),
-    /// An answer.
     Answer(PeerId, Answer),
     /// The controller ends a connection.
     Ended(PeerId, EndReason),
@@ -160,7 +158,7 @@ pub(super) struct RecordedEvent {
     pub(super) event: Event,
 }
 
-/// The events of a recording, in order. What has no end when the host does the next thing is an answer as it is.
+/// The events of a recording, in order. Bytes without an end before the next action of the host count as an answer.
 pub(super) fn events(recording: &Recording, options: TextOptions) -> Vec<RecordedEvent> {
     let mut events = Vec::new();
     let mut splitters: BTreeMap<PeerId, AnswerSplitter> = BTreeMap::new();

@@ -89,7 +89,7 @@ fn whole_difference(key: &str, recorded: &[u8], emulated: &[u8]) -> PartDifferen
     }
 }
 
-/// What a text says, if it is one.
+/// The reply in a text, if it is one.
 pub(super) fn parse_reply(wire: &[u8]) -> Option<Reply> {
     let end = wire.iter().rposition(|byte| *byte == ETX)?;
     let data = wire.get(..end)?;

@@ -1,9 +1,9 @@
-//! What is not compared (`--ignore`): named groups for values that always differ between two controllers, and keys of
-//! single parts.
+//! Parts that are not compared (`--ignore`): named groups for values that always differ between two controllers, and
+//! keys of single parts.
 
 use ts3100_proto::command::COMMANDS;
 
-/// Groups: name and keys. `*` stands for one word of a key; a key stands for all that begin with it.
+/// Groups: name and keys. `*` matches one word of a key; a key matches all that begin with it.
 const GROUPS: [(&str, &[&str]); 4] = [
     (
         "clock",
@@ -23,7 +23,7 @@ const GROUPS: [(&str, &[&str]); 4] = [
 const TIME: &str = "time";
 /// The unsolicited SP: whether and when it comes.
 const SP: &str = "sp";
-/// Words a key may begin with that are no command.
+/// First words of a key besides commands.
 const OTHERS: [&str; 3] = ["text", "reply", "file"];
 
 /// Parts that are not compared.
@@ -36,9 +36,9 @@ pub struct Ignore {
     pub sp: bool,
 }
 
-/// A word that is no group and no key.
+/// A word that is neither a group nor a key.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
-#[error("expected {expected}, or a key such as sf.servo, su.status or eu.*.date, found `{found}`")]
+#[error("expected {expected}, or a key like sf.servo, su.status or eu.*.date, found `{found}`")]
 pub struct IgnoreError {
     /// The groups.
     expected: String,

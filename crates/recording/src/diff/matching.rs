@@ -18,7 +18,7 @@ const JITTER: Duration = Duration::from_millis(5);
 /// Farthest moment at which a question is tried besides its own, in milliseconds.
 const MAX_SHIFT: u64 = 1_000;
 
-/// A moment of the recording and the moment of the replay that stands for it.
+/// A moment of the recording and the corresponding moment of the replay.
 #[derive(Debug, Clone, Copy, Default)]
 struct TimeAnchor {
     recorded: Time,
@@ -31,7 +31,7 @@ pub(super) struct Matching<'a> {
     tolerance: &'a Tolerance,
     anchor: TimeAnchor,
     report: Report,
-    /// Where in the recording: what is found by the way belongs there.
+    /// Place in the recording to which differences belong.
     place: (Time, usize),
     /// The last thing played, while nothing else has been played or taken since, and the emulator before it.
     pending: Option<PendingQuestion>,
@@ -74,7 +74,7 @@ fn shifts(most: Duration) -> impl Iterator<Item = Duration> {
         .map(Duration::from_millis)
 }
 
-/// Whether the emulator has said it by itself when the recording was over: nobody knows what the other said then.
+/// Whether the emulator sent it unasked after the end of the recording, where the other side is unknown.
 fn is_after_recording(line: PeerId, robot_event: &RobotEvent, end: Time) -> bool {
     match robot_event {
         RobotEvent::Answer(answer, _) => {
@@ -85,7 +85,7 @@ fn is_after_recording(line: PeerId, robot_event: &RobotEvent, end: Time) -> bool
     }
 }
 
-/// What became of an answer of the emulator beside one that was recorded.
+/// Result of matching an answer of the emulator with a recorded one.
 enum MatchResult {
     /// They are a pair.
     Pair,
@@ -142,7 +142,7 @@ impl<'a> Matching<'a> {
         let due = self.due(at).max(self.player.now());
         let question = self.pending_question(due, what);
         self.player.advance_to(due);
-        // What has come of itself meanwhile would be lost with another moment.
+        // Retrying at another time would lose unsolicited output.
         self.pending = question.filter(|_| self.player.lines_with_events().is_empty());
         if let RecordKind::FromHost { line, .. } = what {
             self.drop_answers(*line);
@@ -157,7 +157,7 @@ impl<'a> Matching<'a> {
         self.anchor = TimeAnchor { recorded, played };
     }
 
-    /// A question of a host to a robot in which something goes on: the answer may be another one a moment later.
+    /// A question to a robot that is moving or running: the answer may differ a moment later.
     fn pending_question(&self, at: Time, what: &RecordKind) -> Option<PendingQuestion> {
         let RecordKind::FromHost { line, .. } = what else {
             return None;
@@ -211,7 +211,7 @@ impl<'a> Matching<'a> {
     }
 
     /// The answer of an emulator that was asked a little earlier or later, if that is the recorded one and this is not:
-    /// what moves is seen at another moment over a wire. The emulator then goes on from there.
+    /// what moves is seen at another moment over a wire. The emulator then continues from there.
     fn answer_at_shifted_time(
         &mut self,
         question: &PendingQuestion,

@@ -41,7 +41,7 @@ struct WaitingPeer {
 #[derive(Clone)]
 pub(super) struct Player {
     seat: Seat,
-    /// As it was before the first input.
+    /// The controller before the first input.
     initial_controller: Controller,
     text: TextOptions,
     second: SecondConnection,
@@ -49,7 +49,7 @@ pub(super) struct Player {
     lines: Lines,
 }
 
-/// Who is connected, and what the controller has sent.
+/// The connections and the bytes that the controller has sent.
 #[derive(Clone)]
 struct Lines {
     now: Time,
@@ -59,9 +59,9 @@ struct Lines {
     robot_events: BTreeMap<PeerId, VecDeque<RobotEvent>>,
     /// Why the last command of a port was refused.
     refusals: BTreeMap<Port, String>,
-    /// What was said about the bytes a port has last received: why nothing may come of them.
+    /// The last remark about a port's input, to explain a missing reply.
     remarks: BTreeMap<Port, String>,
-    /// Changes of files that were not kept, as they were recorded: when, which, why.
+    /// Recorded changes of files that were not stored: time, file and reason.
     not_persisted: VecDeque<(Time, String, String)>,
 }
 
@@ -131,7 +131,7 @@ impl Player {
         self.lines.robot_events.get_mut(&line)?.pop_front()
     }
 
-    /// Why nothing may have come of what a port has last received, as far as that is known.
+    /// The known reason for a missing reply to a port's last input.
     pub(super) fn remark(&self, port: Port) -> Option<String> {
         let refusal = self.lines.refusals.get(&port);
         refusal.or_else(|| self.lines.remarks.get(&port)).cloned()
@@ -144,7 +144,7 @@ impl Player {
         left.map(|(line, _)| *line).collect()
     }
 
-    /// Plays what the host or somebody at the panel does.
+    /// Plays an action of the host or at the panel.
     pub(super) fn play(&mut self, what: &RecordKind) {
         let lines: Vec<PeerId> = self.lines.splitters.keys().copied().collect();
         lines.into_iter().for_each(|line| self.lines.flush(line));
@@ -300,7 +300,7 @@ impl Player {
         let _refusal_is_an_event = self.seat.feed(now, input, Side::Host, &mut self.lines);
     }
 
-    /// What has no end on a line is an answer as it is.
+    /// Takes the incomplete bytes of a line as an answer.
     pub(super) fn flush(&mut self, line: PeerId) {
         self.lines.flush(line);
     }

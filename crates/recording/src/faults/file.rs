@@ -20,7 +20,6 @@ pub enum FaultFileError {
     /// It is no TOML, has something other than tables `[[fault]]`, or a table that is no fault.
     #[error("{}:{line}: {reason}", path.display())]
     Content {
-        /// Which file.
         path: PathBuf,
         /// Line of the key that is wrong, or of its table, from 1.
         line: usize,
@@ -37,7 +36,7 @@ pub fn read(path: &Path) -> Result<Vec<Fault>, FaultFileError> {
     parse(path, &text)
 }
 
-/// The faults of a text; `path` stands in the messages.
+/// The faults of a text; `path` is its name in messages.
 ///
 /// # Errors
 /// As [`read`].
@@ -83,7 +82,7 @@ fn fault(table: &Spanned<DeValue<'_>>) -> Result<Fault, TableError> {
             DeValue::String(text) => text.to_string(),
             DeValue::Integer(number) => number.to_string(),
             DeValue::Float(number) => number.to_string(),
-            other => return Err(form(value.span(), "a text or a number", other.type_str())),
+            other => return Err(form(value.span(), "a string or a number", other.type_str())),
         };
         if key.get_ref() == "kind" {
             kind = Some(text);
@@ -154,11 +153,11 @@ mod tests {
             ("fault = 3\n", "faults.toml:1: expected [[fault]], found integer"),
             (
                 "[[fault]]\nkind = \"ng\"\nafter = [1]\n",
-                "faults.toml:3: expected a text or a number, found array",
+                "faults.toml:3: expected a string or a number, found array",
             ),
             (
                 "[[fault]]\nkind = \"ng\"\ncommand = \"SU\"\nblock = 1\n",
-                "faults.toml:1: cannot arm ng: no occasion has command=SU and block=1",
+                "faults.toml:1: cannot arm ng: no occasion matches command=SU and block=1",
             ),
             ("[[fault]\n", "faults.toml:1: "),
         ] {

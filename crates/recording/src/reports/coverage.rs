@@ -32,7 +32,7 @@ pub struct CoverageReport {
     pub cells: Vec<CellReport>,
 }
 
-/// A command in a master mode on a port, and what came of it.
+/// A command in a master mode on a port, and its outcome.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct CellReport {
@@ -44,7 +44,7 @@ pub struct CellReport {
     pub mode: String,
     /// `served`, `not-valid` (NG by the tables) or `refused` (NG for another reason).
     pub outcome: String,
-    /// How often.
+    /// Number of times.
     pub count: u64,
     /// It counts for the percentage.
     pub reachable: bool,
@@ -87,7 +87,7 @@ impl CoverageReport {
     /// Reads a document.
     ///
     /// # Errors
-    /// It cannot be read, is no such document, or is of another version.
+    /// The file cannot be read, is another document, or has another version.
     pub fn read(path: &Path) -> Result<CoverageReport, PathError> {
         let read = files::read_text(path, MAX_DOCUMENT).and_then(|text| {
             let report: CoverageReport = serde_json::from_str(&text)

@@ -62,7 +62,7 @@ impl FaultLog {
     }
 }
 
-/// Describes what triggers a fault.
+/// Describes the trigger of a fault.
 fn trigger_description(fault: &Fault) -> String {
     let mut words = points(fault.kind).join(", or ");
     for (key, value) in fault.active_filters() {

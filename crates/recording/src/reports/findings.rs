@@ -26,7 +26,7 @@ pub struct FindingsView {
     pub broken: BrokenRules,
     /// The broken rules in the order of docs/reference/findings.md, then those whose findings faults have caused.
     pub findings: Vec<RuleView>,
-    /// What the run rested on and nobody knows of a real controller; only in the report of a run.
+    /// Unverified assumptions that the run relied on; only in the report of a run.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub assumptions: Vec<AssumptionView>,
 }
@@ -34,7 +34,6 @@ pub struct FindingsView {
 /// A row of docs/explanation/fidelity.md whose evidence is "assumed".
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
 pub struct AssumptionView {
-    /// Its id.
     pub id: &'static str,
     /// Behaviour of the emulator.
     pub behaviour: &'static str,
@@ -63,7 +62,7 @@ pub struct RuleView {
     /// Section of the manual, and clauses.
     pub source: &'static str,
     pub title: &'static str,
-    /// What to do.
+    /// Remedy.
     pub remedy: &'static str,
     /// Its section in the documentation.
     pub docs: String,

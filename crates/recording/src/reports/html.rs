@@ -10,7 +10,6 @@ const STYLE: &str = "body{font:15px system-ui,sans-serif;margin:2rem;color:#222;
     @media(prefers-color-scheme:dark){body{background:#181818;color:#ddd}th{background:#333}\
     td.all{background:#1e5a2a}td.some{background:#6b5a10}td.none{background:#6b2020}td.out{background:#222}}";
 
-/// The page.
 pub(super) fn page(report: &CoverageReport) -> String {
     let mut page = String::from("<!DOCTYPE html>\n<html lang=\"en\"><head><meta charset=\"utf-8\">\n");
     let _ = writeln!(
@@ -20,7 +19,7 @@ pub(super) fn page(report: &CoverageReport) -> String {
     let _ = writeln!(
         page,
         "<h1>Coverage of the permission tables: {:.1} %</h1>\n<p>{} of {} cells: a command in a master mode on a \
-         port, and what came of it. <i>served</i>: OK or FL; <i>not-valid</i>: NG because tables 5.3 and 5.4 say so; \
+         port, and its outcome. <i>served</i>: OK or FL; <i>not-valid</i>: NG because of tables 5.3 and 5.4; \
          <i>refused</i>: NG for another reason, which does not count. Green: every outcome the tables allow was \
          seen; yellow: some; red: none.</p>",
         report.percent, report.reached, report.reachable

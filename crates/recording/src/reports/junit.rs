@@ -42,7 +42,7 @@ pub fn success() -> TestCaseStatus {
     TestCaseStatus::success()
 }
 
-/// The status of a case that could not be tried, which is no failure.
+/// The status of a case that could not be tried; it does not count as a failure.
 pub fn skipped(message: &str) -> TestCaseStatus {
     let mut status = TestCaseStatus::skipped();
     status.set_message(message);
@@ -56,8 +56,8 @@ fn unsuccessful(kind: NonSuccessKind, message: &str, text: &str) -> TestCaseStat
     status
 }
 
-/// A broken rule is a failure if it is denied; without any denial, if it is a warning or an error. What a fault has caused is
-/// no failure.
+/// A broken rule is a failure if it is denied; without `--deny`, if it is a warning or an error. A finding that a fault
+/// caused is not a failure.
 pub(super) fn document(findings: &Findings, fails: impl Fn(&Rule) -> bool) -> String {
     let cases = RULES.iter().map(|rule| {
         let broken = findings.broken().find(|(broken, _)| broken == rule);
@@ -68,7 +68,7 @@ pub(super) fn document(findings: &Findings, fails: impl Fn(&Rule) -> bool) -> St
     report("ts3100 findings", Duration::ZERO, cases)
 }
 
-/// The case of a rule with what hosts did, and what faults have caused.
+/// The case of a rule with the findings of hosts and of faults.
 fn rule_case(rule: &Rule, tallies: [Option<&Tally>; 2], fails: bool) -> TestCase {
     let severity = rule.severity.as_str();
     let class = format!("ts3100.findings.{severity}");

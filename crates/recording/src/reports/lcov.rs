@@ -39,7 +39,7 @@ pub fn write(
     write_report(path, &trace)
 }
 
-/// What the tracefile says of one content of a file, but for its name; `None` for one that is no program.
+/// The record of one version of a file without its name; `None` for a file that is not a program.
 fn record(version: &FileVersion, config: &Config) -> Option<String> {
     if FileName::parse(&version.name).is_ok_and(|name| name.is_parameter()) {
         return None;

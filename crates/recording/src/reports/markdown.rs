@@ -1,10 +1,9 @@
-//! The findings of a run as Markdown, for the summary of a CI job: what a host did wrong and what to do, and how much of the
-//! protocol it used.
+//! The findings of a run as Markdown, for the summary of a CI job: the mistakes of a host, their remedies, and the
+//! coverage of the protocol.
 
 use super::{CoverageReport, FindingsView};
 use std::fmt::Write as _;
 
-/// The document.
 pub(super) fn document(findings: &FindingsView, coverage: &CoverageReport) -> String {
     let mut out = String::from("## Robot\n\n");
     if findings.findings.is_empty() {
@@ -32,11 +31,11 @@ pub(super) fn document(findings: &FindingsView, coverage: &CoverageReport) -> St
     }
     let _ = writeln!(
         out,
-        "\n{} % of the permission tables used: {} of {} cells.",
+        "\n{} % of the permission tables covered: {} of {} cells.",
         coverage.percent, coverage.reached, coverage.reachable
     );
     if !findings.assumptions.is_empty() {
-        out += "\nThis run rested on what nobody knows of a real controller:\n\n";
+        out += "\nThis run relied on unverified assumptions:\n\n";
     }
     for row in &findings.assumptions {
         let _ = writeln!(out, "- {}: {}", row.id, row.behaviour);

@@ -10,7 +10,7 @@ use ts3100_controller::findings::{Findings, RULES, Rule};
 /// The schema the document keeps to.
 const SCHEMA: &str = "https://json.schemastore.org/sarif-2.1.0.json";
 
-/// The document. Viewers show a result at a place in a file: `run` is the file that stands for the run.
+/// The document. Viewers show a result at a place in a file: `run` is the file to show for the whole run.
 pub(super) fn document(findings: &Findings, run: &Path) -> Value {
     let run = uri::of_file(run);
     let rules: Vec<Value> = RULES.iter().map(|rule| descriptor(rule)).collect();

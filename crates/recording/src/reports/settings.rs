@@ -19,7 +19,6 @@ pub const BELOW_COVERAGE: u8 = 4;
 pub enum Deny {
     /// Every rule of this severity or worse.
     Severity(Severity),
-    /// One rule.
     Rule(&'static str),
     /// A fault that was armed and never fired.
     NeverFired,
@@ -64,7 +63,7 @@ impl FromStr for Deny {
             let expected =
                 format!("all, note, warning, error, {NEVER_FIRED} or a rule of docs/reference/findings.md");
             let hint = AlarmCode::replacement(word)
-                .map(|new| format!("; alarms are not findings, and {new} replaces alarm {word}"));
+                .map(|new| format!("; {word} is now alarm {new}, and alarms are not findings"));
             UnexpectedWord::new(expected, word).hinting(hint.unwrap_or_default())
         })
     }
@@ -145,8 +144,8 @@ impl Reports {
         paths.into_iter().try_for_each(|path| write_report(path, ""))
     }
 
-    /// Writes them all but that of the faults. `loaded` are the files of the PC that were put on the RAM drive; `run` is the file
-    /// that stands for the run where a viewer needs one.
+    /// Writes all reports except that of the faults. `loaded` are the files of the PC that were put on the RAM drive;
+    /// `run` is the file to show for the whole run where a viewer needs one.
     ///
     /// # Errors
     /// The first that cannot be written; the others are written.

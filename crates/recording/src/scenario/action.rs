@@ -11,7 +11,7 @@ use ts3100_proto::words::{UnexpectedWord, Word as _, did_you_mean_or};
 /// Every form of an action beside those of [`ts3100_controller::action_forms`].
 pub const CHANNEL_ACTIONS: [&str; 2] = ["channel CHANNEL inject TEXT", "channel PORT drop"];
 
-/// Words that are no action.
+/// Words that are not an action.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum ScenarioActionError {
     /// A word.
@@ -29,18 +29,13 @@ pub enum ScenarioActionError {
     /// No action begins so.
     #[error("unknown action `{words}`{hint}")]
     Unknown {
-        /// The words.
         words: String,
         /// A name that may be meant, as the end of the message; may be empty.
         hint: String,
     },
-    /// An action that goes on in a way that it cannot.
+    /// A known action with wrong words after it.
     #[error("cannot read the action `{words}`: {reason}")]
-    Action {
-        /// The words.
-        words: String,
-        reason: ActionParseError,
-    },
+    Action { words: String, reason: ActionParseError },
 }
 
 /// Something that is done.
@@ -48,7 +43,6 @@ pub enum ScenarioActionError {
 pub struct ScenarioAction {
     /// As it was written.
     pub words: String,
-    /// What.
     pub action: PlannedAction,
 }
 

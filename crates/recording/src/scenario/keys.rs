@@ -1,16 +1,14 @@
-//! The keys of a scenario file: what each accepts, and what it means. `read` knows no others; the JSON schema for editors
+//! The keys of a scenario file: the type and the meaning of each. `read` knows no others; the JSON schema for editors
 //! and the table of docs/reference/scenarios.md are made from the same rows.
 
-/// What a key accepts.
+/// Type of the value of a key.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum KeyValue {
-    /// A text.
     Text,
     /// A list of texts.
     Texts,
     /// A time with its unit.
     Time,
-    /// A condition.
     Condition,
     /// A list of actions.
     Actions,
@@ -28,12 +26,10 @@ pub enum KeyValue {
     Tables,
 }
 
-/// A key.
 #[derive(Debug, Clone, Copy)]
 pub struct Key {
-    /// Its name.
     pub name: &'static str,
-    /// What it accepts.
+    /// Type of its value.
     pub value: KeyValue,
     pub meaning: &'static str,
 }
@@ -57,7 +53,6 @@ impl Key {
 pub struct Table {
     /// Its name; empty for the file itself.
     pub name: &'static str,
-    /// Its keys.
     pub keys: &'static [Key],
     /// The keys that it must have.
     pub required: &'static [&'static str],
@@ -75,19 +70,19 @@ pub const TABLES: [Table; 5] = [
         keys: &[
             key("name", KeyValue::Text)
                 .means("name of the test suite in the results; default: the name of the file"),
-            key("start", KeyValue::Table).means("the state to begin with"),
-            key("do", KeyValue::Tables).means("entries `[[do]]`: what happens"),
-            key("expect", KeyValue::Tables).means("entries `[[expect]]`: what has to happen"),
-            key("never", KeyValue::Tables).means("entries `[[never]]`: what must not happen"),
+            key("start", KeyValue::Table).means("the initial state"),
+            key("do", KeyValue::Tables).means("entries `[[do]]`: actions"),
+            key("expect", KeyValue::Tables).means("entries `[[expect]]`: conditions that have to happen"),
+            key("never", KeyValue::Tables).means("entries `[[never]]`: conditions that must not happen"),
         ],
         required: &[],
     },
     Table {
         name: "start",
         keys: &[
-            key("restore", KeyValue::Text).means("a snapshot to begin with, as `--restore`"),
-            key("load", KeyValue::Texts).means("files of your machine for the RAM drive, as `--load`"),
-            key("select", KeyValue::Text).means("file to select, as `--select`, which wins"),
+            key("restore", KeyValue::Text).means("a snapshot to begin with, as with `--restore`"),
+            key("load", KeyValue::Texts).means("files of this computer for the RAM drive, as with `--load`"),
+            key("select", KeyValue::Text).means("file to select, as with `--select`, which has precedence"),
             key("servo-on", KeyValue::Flag).means("`true`: servo power on"),
             key("key-switch", KeyValue::Words(&["teaching", "internal", "ext"]))
                 .means("position of the key switch"),
@@ -102,9 +97,9 @@ pub const TABLES: [Table; 5] = [
         keys: &[
             key("at", KeyValue::Time).means("a time, or"),
             key("when", KeyValue::Condition).means("a condition"),
-            key("after", KeyValue::Time).means("with `when`: how long after the condition; default: at once"),
+            key("after", KeyValue::Time).means("with `when`: delay after the condition; default: none"),
             key("times", KeyValue::Whole(0))
-                .means("with `when`: how often at most; default 1; 0: every time"),
+                .means("with `when`: maximum number of times; default 1; 0: every time"),
             key("actions", KeyValue::Actions).means("the actions, in order"),
         ],
         required: &["actions"],
@@ -114,11 +109,10 @@ pub const TABLES: [Table; 5] = [
         keys: &[
             NAME,
             WHAT,
-            key("within", KeyValue::Time).means("how long it may take; default: until the end"),
-            key("after", KeyValue::Condition).means(
-                "a condition from which it counts, and from which the time counts; default: the start",
-            ),
-            key("times", KeyValue::Whole(1)).means("how often it has to happen; default 1"),
+            key("within", KeyValue::Time).means("time limit; default: until the end"),
+            key("after", KeyValue::Condition)
+                .means("a condition from which occurrences and time are counted; default: the start"),
+            key("times", KeyValue::Whole(1)).means("required number of times; default 1"),
         ],
         required: &["what"],
     },

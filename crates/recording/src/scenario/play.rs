@@ -216,7 +216,7 @@ impl Play {
 }
 
 fn runaway_words(at: Time) -> String {
-    format!("more than {MAX_ACTIONS_AT_TIME} actions at {at}: steps trigger each other endlessly")
+    format!("stopped after {MAX_ACTIONS_AT_TIME} actions at {at}: its steps trigger each other endlessly")
 }
 
 impl ActionSource for Play {
@@ -313,7 +313,7 @@ impl PlayState {
         self.scheduled.make_contiguous().sort_by_key(|(due, _)| *due);
     }
 
-    /// Something has happened; `occurs` says whether it is what a condition waits for.
+    /// Handles an event; `occurs` says whether a condition waits for it.
     fn observe(&mut self, at: Time, occurs: impl Fn(&mut ConditionWatch) -> bool) {
         if self.started.is_none() {
             return;
@@ -399,7 +399,7 @@ impl ExpectationState {
         }
     }
 
-    /// When it could no longer come in time, if that is over.
+    /// The time after which it comes too late, if that has passed.
     fn expired(&self, now: Time) -> Option<Time> {
         let ExpectationKind::Occurs { within, .. } = self.expectation.kind else {
             return None;

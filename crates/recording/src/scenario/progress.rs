@@ -29,15 +29,14 @@ pub enum ScenarioState {
 /// How far one entry is: an expectation, or something that is done.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct EntryProgress {
-    /// Its name.
     pub name: String,
-    /// Its line of the file, from 1; 0 for what belongs to no line.
+    /// Line of the file, from 1; 0 without a line.
     pub line: usize,
     /// How far it is.
     pub state: EntryState,
     /// Virtual time from the beginning to its verdict, or at which it was last done.
     pub time: Option<Duration>,
-    /// What was expected and what came, what it waits for, or what is done.
+    /// Details of the entry.
     pub message: Option<String>,
 }
 

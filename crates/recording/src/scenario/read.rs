@@ -29,7 +29,6 @@ pub enum ScenarioError {
     Io(#[from] PathError),
     #[error("{}, line {line}: {reason}", path.display())]
     Content {
-        /// Which file.
         path: PathBuf,
         /// Its line, from 1.
         line: usize,
@@ -50,7 +49,7 @@ impl Scenario {
         Scenario::parse(path, &text)
     }
 
-    /// Reads a text; `origin` stands for its file, and paths are relative to the directory of that.
+    /// Reads a scenario; `origin` is its file, and paths are relative to the directory of that file.
     ///
     /// # Errors
     /// [`ScenarioError`], with the line.
@@ -159,7 +158,7 @@ fn step(text: &str, (span, table): (Range<usize>, &DeTable<'_>)) -> ReadResult<S
     let on = match (table.get("at"), table.get("when")) {
         (Some(at), None) => {
             if let Some(surplus) = table.get("after").or(table.get("times")) {
-                let reason = "expected `at` alone, found `after` or `times`, which belong to `when`";
+                let reason = "expected `at` alone, found `after` or `times`; use them with `when`";
                 return Err(TableError(surplus.span(), reason.to_owned()));
             }
             StepTrigger::At(duration(at)?)
@@ -199,7 +198,8 @@ fn expectation(
     } else {
         let times = table.get("times").map_or(Ok(1), whole)?;
         if times == 0 {
-            let reason = "expected 1 or more times, found 0: what is not to come is a [[never]]";
+            let reason =
+                "expected 1 or more times, found 0; write [[never]] for a condition that must not happen";
             return Err(TableError(span, reason.to_owned()));
         }
         ExpectationKind::Occurs {

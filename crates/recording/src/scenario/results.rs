@@ -18,9 +18,7 @@ pub enum Verdict {
 /// One entry of the file.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct EntryResult {
-    /// Its name.
     pub name: String,
-    /// Its line.
     pub line: usize,
     /// Virtual time from the beginning to its verdict.
     pub time: Duration,
@@ -30,7 +28,6 @@ pub struct EntryResult {
 /// Result of a scenario.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct ScenarioOutcome {
-    /// Its name.
     pub name: String,
     /// How long it was played, in virtual time.
     pub time: Duration,

@@ -80,7 +80,7 @@ fn what_is_wrong_is_said_with_its_line() {
         ),
         (
             "[[do]]\nat = \"1 s\"\nactions = [\"faults arm flipped-bit:way=in,command=SO\"]",
-            "cannot arm flipped-bit: no occasion has command=SO",
+            "cannot arm flipped-bit: no occasion matches command=SO",
         ),
         (
             "[[expect]]\nwhat = \"command\"",
@@ -90,11 +90,11 @@ fn what_is_wrong_is_said_with_its_line() {
             "[[expect]]\nwithin = \"1 s\"",
             "line 1: expected `what` in [[expect]], found none",
         ),
-        ("[[expect]]\nwhat = \"alarm\"\ntimes = 0", "is a [[never]]"),
+        ("[[expect]]\nwhat = \"alarm\"\ntimes = 0", "write [[never]]"),
         (
             "[[expect]]\nwhat = \"alarm 9-999\"",
-            "line 2: cannot read the condition `alarm 9-999`: expected the number of an alarm the controller has, \
-             such as 2-046, found `9-999`",
+            "line 2: cannot read the condition `alarm 9-999`: expected the number of an alarm of the controller, \
+             for example 2-046, found `9-999`",
         ),
         (
             "[[never]]\nwhat = \"dance\"",

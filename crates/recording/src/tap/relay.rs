@@ -24,7 +24,7 @@ pub(super) async fn relay(line: PeerId, host: &TcpStream, robot: &TcpStream, log
     for stream in [host, robot] {
         // A text that waits for the next one would change the times.
         if let Err(error) = stream.set_nodelay(true) {
-            debug!("{line}: no delay not set: {error}");
+            debug!("{line}: cannot set TCP_NODELAY: {error}");
         }
     }
     if let Err(ResetBy(by)) = carry(line, host, robot, log).await {

@@ -118,7 +118,7 @@ impl BufferState {
 pub struct TranscriptBuffer(Mutex<BufferState>);
 
 impl TranscriptBuffer {
-    /// An empty buffer for at most so many records, up to [`MAX_BUFFERED_RECORDS`].
+    /// An empty buffer for at most this many records, up to [`MAX_BUFFERED_RECORDS`].
     pub fn new(header: Header, most: usize) -> TranscriptBuffer {
         TranscriptBuffer(Mutex::new(BufferState {
             header,

@@ -9,9 +9,9 @@ use serde_json::Value;
 use ts3100_controller::{Action, Time};
 use ts3100_proto::escape::Escaped;
 
-/// What stands in `format` of the first line.
+/// Value of `format` in the first line.
 const FORMAT: &str = "ts3100 transcript";
-/// What stands in `version` of the first line.
+/// Value of `version` in the first line.
 const VERSION: u64 = 1;
 
 /// The first line.
@@ -172,7 +172,7 @@ impl Writer for JsonWriter {
             RecordKind::Action(action) => Event::Action { action },
             RecordKind::Link(LinkRecord::Restored { at, snapshot }) => Event::Restored {
                 at,
-                // One that is no JSON is nobody's: it is written as it is.
+                // Not JSON: pass it through.
                 snapshot: serde_json::from_str(&snapshot).unwrap_or(Value::String(snapshot)),
             },
             RecordKind::Link(link) => Event::Link { link },

@@ -17,33 +17,19 @@ use ts3100_proto::words::Word as _;
 #[derive(Debug, Clone, PartialEq)]
 pub enum LinkRecord {
     /// Settings of the host's end of a serial line.
-    Settings {
-        /// The port.
-        port: Port,
-        host: HostEnd,
-    },
+    Settings { port: Port, host: HostEnd },
     /// The host has purged bytes that are not yet on the line.
-    Purged {
-        /// The port.
-        port: Port,
-    },
+    Purged { port: Port },
     /// Characters with a parity or framing error on the line.
     SerialErrors {
-        /// The port.
         port: Port,
         /// The characters as read.
         bytes: Vec<u8>,
     },
-    /// Bytes as if from a peer, while nobody was connected.
-    Injected {
-        /// The port.
-        port: Port,
-        /// The bytes.
-        bytes: Bytes,
-    },
+    /// Bytes as if from a peer, without a peer connected.
+    Injected { port: Port, bytes: Bytes },
     /// A second peer came to a port that has one.
     SecondPeer {
-        /// The port.
         port: Port,
         /// Its address without the port number.
         peer: String,
@@ -51,22 +37,15 @@ pub enum LinkRecord {
         replaces: bool,
     },
     /// The emulator ends a connection because its peer has left too much unread.
-    Backlogged {
-        /// The port.
-        port: Port,
-    },
+    Backlogged { port: Port },
     /// A change of a file could not be saved and is rejected.
     NotPersisted {
-        /// The file.
+        /// Name of the file.
         name: String,
-        /// Why.
         reason: String,
     },
     /// The emulator ends a connection on request.
-    Dropped {
-        /// The port.
-        port: Port,
-    },
+    Dropped { port: Port },
     /// A snapshot replaces the controller; times continue from `at`.
     Restored {
         /// The time of the snapshot.
@@ -98,7 +77,7 @@ impl LinkRecord {
         matches!(self, LinkRecord::Reset { .. }).then_some(Time::ZERO)
     }
 
-    /// The input of the controller that this record stands for, if any.
+    /// The input of the controller that this record describes, if any.
     pub fn input(&self) -> Option<Input> {
         Some(match *self {
             LinkRecord::Settings { port, host } => Input::SerialOpened { port, host },

@@ -15,7 +15,7 @@ struct Output {
     path: PathBuf,
     file: Box<dyn Write + Send>,
     writer: Box<dyn Writer>,
-    /// Not written yet: what came since the last flush.
+    /// Records since the last flush.
     unflushed: Vec<u8>,
     written: u64,
 }
@@ -49,7 +49,9 @@ impl Output {
     fn flush(&mut self) -> io::Result<()> {
         let length = self.unflushed.len() as u64;
         if self.written + length > MAX_BYTES {
-            return Err(io::Error::other(format!("it has {MAX_BYTES} bytes, the most")));
+            return Err(io::Error::other(format!(
+                "it has reached the limit of {MAX_BYTES} bytes"
+            )));
         }
         let done = self
             .file
@@ -68,7 +70,7 @@ pub struct Recorder {
 }
 
 impl Recorder {
-    /// Begins a transcript in each of these files, which are made anew. `base` is the time of the first moment
+    /// Begins a transcript in each of these files; existing ones are replaced. `base` is the time of the first moment
     /// since 1970 in a capture.
     ///
     /// # Errors
@@ -108,7 +110,7 @@ impl Recorder {
         self.outputs.iter_mut().for_each(|output| output.record(record));
     }
 
-    /// Writes what was recorded. A file that cannot be written is given up with a line in the log.
+    /// Writes the collected records. A file that cannot be written is given up with a line in the log.
     pub fn flush(&mut self) {
         self.outputs.retain_mut(|output| {
             if output.unflushed.is_empty() {

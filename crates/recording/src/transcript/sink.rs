@@ -17,7 +17,7 @@ use ts3100_proto::calendar::CalendarTime;
 /// Turns inputs and outputs into records.
 #[derive(Debug, Clone, Default)]
 pub struct Observer {
-    /// Ports with a peer; output to other ports is not recorded, because nobody receives it, and input of other ports
+    /// Ports with a peer; output to other ports is not recorded, because it has no receiver, and input of other ports
     /// is injected.
     connected: BTreeSet<Port>,
     /// Connections that a fault is resetting.
@@ -152,8 +152,8 @@ impl TranscriptSink {
         }
     }
 
-    /// Everything is about to be as at the start: files go on, what is kept begins anew. `calendar` is the date then,
-    /// where it is wall-clock time.
+    /// Handles a reset to the initial state: files continue, the records in memory begin again. `calendar` is the new
+    /// date if it follows wall-clock time.
     fn reset(&mut self, at: Time, controller: &Controller, calendar: Option<CalendarTime>) {
         if self.restored {
             self.restored_in_files(at, controller);

@@ -11,7 +11,7 @@
 //! select TEST
 //! @+1250us                         time passes
 //! ! connect IP0 192.168.0.2        a peer comes
-//! > IP0 SO<CR>                     a text of the host; STX and ETX stand around it
+//! > IP0 SO<CR>                     a text of the host, without its STX and ETX
 //! >: IP0 SO<CR><ETX>               bytes of the host
 //! < IP0 OK<CR>                     a text of the controller
 //! <: IP0 OK<CR><ETX>               bytes of the controller
@@ -19,7 +19,7 @@
 //! ! servo on                       something is done at the controller
 //! ! disconnect IP0                 the host leaves; `! disconnect IP0 reset`: by a reset
 //! ! closed IP0                     the controller ends the connection; also `reset`, `refused`
-//! ! line HOST speed=9600           the edge knows something; also `restore`, `reset`: time goes on from there
+//! ! line HOST speed=9600           an event of the link; `restore` and `reset` also set the time
 //! # remark
 //! ```
 
@@ -122,7 +122,7 @@ fn bytes_line(direction: char, line: PeerId, bytes: &[u8]) -> String {
     }
 }
 
-/// As the notation has it; a blank at the end is written so that nobody's editor removes it.
+/// Writes bytes in the notation; a blank at the end is escaped so that no editor removes it.
 fn escape_trailing_blank(bytes: &[u8]) -> String {
     match bytes.split_last() {
         Some((b' ', rest)) => format!("{}<20>", Escaped::new(rest)),
@@ -201,7 +201,7 @@ fn parse_file_line(header: &mut Header, line: &str) -> Result<(), LineError> {
     Ok(())
 }
 
-/// Behind `>`, `>:`, `<` and `<:`.
+/// The bytes after `>`, `>:`, `<` and `<:`.
 fn parse_bytes(word: &str, rest: &str) -> Result<RecordKind, LineError> {
     let (line, data) = rest.split_once(' ').unwrap_or((rest, ""));
     let line: PeerId = line.parse()?;
@@ -265,7 +265,7 @@ pub fn parse_pause(text: &str) -> Result<Duration, LineError> {
 /// Reads bytes as pairs of hexadecimal digits.
 ///
 /// # Errors
-/// What is no byte.
+/// A pair that is not a byte.
 pub fn parse_hex(text: &str) -> Result<Vec<u8>, LineError> {
     let byte = |word: &str| escape::hex_byte(word).ok_or_else(|| LineError::NotByte(word.to_owned()));
     text.split_whitespace().map(byte).collect()

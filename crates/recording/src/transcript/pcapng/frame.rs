@@ -15,7 +15,7 @@ pub(super) const MSS: usize = 1_460;
 
 /// Port of IP0; the others follow (ETH-05).
 const FIRST_PORT: u16 = 1_000;
-/// Ports of hosts begin here, one for each connection, and begin anew after the last.
+/// First port of hosts; each connection takes the next, and the numbers wrap around.
 const FIRST_HOST_PORT: u16 = 49_152;
 const HOST_PORTS: u16 = u16::MAX - FIRST_HOST_PORT;
 /// Sequence number of a SYN of either side.
