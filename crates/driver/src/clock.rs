@@ -35,8 +35,8 @@ pub enum TimeMode {
     Scaled(f64),
     /// Time stands still; it moves only on request.
     Stepped,
-    /// It jumps to the next deadline whenever every host is silent, and passes at the pace of wall-clock time otherwise;
-    /// while no peer is connected and nobody waits for a length of time, it only jumps.
+    /// It jumps to the next deadline whenever every host is silent, and passes at the pace of wall-clock time
+    /// otherwise; while no peer is connected and no wait is pending, it only jumps.
     Auto,
 }
 
@@ -46,7 +46,7 @@ pub enum TimeGap {
     /// Virtual time has passed as well: what was due meanwhile happens at once, as far as a slice of work goes.
     #[default]
     CatchUp,
-    /// Virtual time goes on from where it stood.
+    /// Virtual time continues from where it stopped.
     Skip,
 }
 
@@ -130,7 +130,7 @@ pub struct Clock {
     base: Time,
     /// Time at which a byte was last received from a host or sent to one.
     last_activity: Instant,
-    /// No peer is connected and nobody waits for a length of time.
+    /// No peer is connected and no wait is pending.
     idle: bool,
     /// Lag of virtual time because the machine could not keep up.
     lag: Duration,
@@ -146,8 +146,8 @@ pub struct Clock {
 }
 
 impl Clock {
-    /// A clock that shows [`Time::ZERO`] now. `gap` says what becomes of time in which the process was stopped, `silence`
-    /// how long connections must be quiet before [`TimeMode::Auto`] jumps.
+    /// A clock that shows [`Time::ZERO`] now. `gap` decides about time in which the process was stopped, `silence` how
+    /// long connections must be quiet before [`TimeMode::Auto`] jumps.
     pub fn start(mode: TimeMode, gap: TimeGap, silence: Duration) -> Clock {
         let wall = Instant::now();
         Clock {
@@ -223,8 +223,8 @@ impl Clock {
         self.skipped
     }
 
-    /// Sets whether nobody depends on wall-clock time: no peer is connected and no wait is pending.
-    /// [`TimeMode::Auto`] then stands still between two jumps, so that an undisturbed run is reproducible.
+    /// Sets whether wall-clock time is irrelevant: no peer is connected and no wait is pending. [`TimeMode::Auto`] then
+    /// stands still between two jumps, so that an undisturbed run is reproducible.
     pub fn set_idle(&mut self, idle: bool) {
         // Each new origin costs a fraction of a microsecond.
         if self.idle != idle && self.mode == TimeMode::Auto {

@@ -55,7 +55,7 @@ pub enum OpenError {
     #[error(transparent)]
     Serial(#[from] SerialError),
     /// The self-check failed.
-    #[error("the operating system refuses a conversation with the emulator (SU on IP0): {0}")]
+    #[error("cannot exchange SU with the emulator on IP0: {0}")]
     SelfCheck(std::io::Error),
 }
 
@@ -63,7 +63,7 @@ pub enum OpenError {
 pub struct Setup {
     /// The controller, after power-on or from a snapshot.
     pub controller: Controller,
-    /// The directory behind its RAM drive.
+    /// The backing directory of its RAM drive.
     pub backing: Option<Backing>,
     /// Address to listen on.
     pub listen: IpAddr,
@@ -99,8 +99,9 @@ pub struct Driver {
 }
 
 impl Driver {
-    /// A driver without robots. `gap` says what becomes of time in which the process was stopped. Send requests by what is
-    /// returned, for the first robot, or [`Requests::of`] another; [`Driver::run`] continues after all senders are dropped.
+    /// A driver without robots. `gap` decides about time in which the process was stopped. The returned handle sends
+    /// requests to the first robot, or with [`Requests::of`] to another; [`Driver::run`] continues after all senders
+    /// are dropped.
     pub fn new(time: TimeMode, gap: TimeGap) -> (Box<Driver>, Requests) {
         let (sender, requests) = mpsc::channel(REQUEST_QUEUE);
         // On the heap: a future has a place for each value that is moved through it.
@@ -115,8 +116,8 @@ impl Driver {
         (driver, Requests::new(FIRST, sender))
     }
 
-    /// Adds a robot whose time passes with that of the others: powers its controller on and opens its ports. To be called
-    /// in a runtime. Returns its number.
+    /// Adds a robot whose time passes with that of the others: powers its controller on and opens its ports. Call it in
+    /// a runtime. Returns its number.
     ///
     /// # Errors
     /// See [`OpenError`].
@@ -231,19 +232,19 @@ impl Driver {
         result
     }
 
-    /// Handles an input of the host whose result nobody waits for: a refusal is an event.
+    /// Handles an input whose result is not awaited; a refusal becomes an event.
     fn feed(&mut self, robot: usize, input: Input) {
         let _ = self.handle(robot, input, Side::Host);
     }
 
-    /// Every robot does what is due now.
+    /// Lets every robot do its due work.
     fn tick(&mut self) {
         let now = self.begin();
         self.world.advance(now);
         self.note_effects();
     }
 
-    /// Takes into account what the robots have just done: how time passes depends on it.
+    /// Updates the clock after the work of the robots: its pace depends on it.
     fn note_effects(&mut self) {
         if let Some(reached) = self.world.take_late() {
             self.note_lag(reached);
@@ -260,7 +261,7 @@ impl Driver {
         self.clock.set_idle(is_idle);
     }
 
-    /// The machine is too slow: time goes on from the moment that was reached.
+    /// The machine is too slow: time continues from the moment that was reached.
     fn note_lag(&mut self, reached: Time) {
         if self.clock.note_lag(reached) {
             let mode = self.clock.mode();
@@ -280,7 +281,7 @@ impl Driver {
         }
     }
 
-    /// A write to the backing directory has ended: what has waited for it goes on.
+    /// A write to the backing directory has ended: the work that waited for it continues.
     fn stored(&mut self, robot: usize, written: WriteResult) {
         let answer = Input::Persisted(self.world[robot].edge.finish_write(written));
         if self.world.has_waiting_inputs() {
@@ -304,7 +305,8 @@ impl Driver {
         }
     }
 
-    /// Whether a robot stores something: nothing else is served meanwhile, because what it does next may reach the others.
+    /// Whether a robot stores something: nothing else is served meanwhile, because its next action may affect the
+    /// others.
     fn is_writing(&self) -> bool {
         self.world.robots().iter().any(|robot| robot.edge.write.is_some())
     }

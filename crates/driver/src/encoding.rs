@@ -81,7 +81,7 @@ impl fmt::Display for Encoding {
 /// Reads the content of a text file as UTF-8.
 ///
 /// # Errors
-/// It is in another encoding, begins with a byte order mark, or is no text.
+/// It is in another encoding, begins with a byte order mark, or is binary.
 pub fn decode(content: Vec<u8>) -> Result<String, EncodingError> {
     check(&content)?;
     // `check` has taken every byte that is not UTF-8 for another encoding.

@@ -19,7 +19,7 @@ pub struct PathError {
     pub reason: io::Error,
 }
 
-/// Says what could not be done with a path: `.map_err(cannot("read", path))`.
+/// Adds verb and path to an error: `.map_err(cannot("read", path))`.
 pub fn cannot<E: Into<io::Error>>(action: &'static str, path: &Path) -> impl FnOnce(E) -> PathError {
     let path = path.to_path_buf();
     move |reason| PathError {
@@ -97,7 +97,7 @@ fn kind_name(found: FileType) -> &'static str {
     if found.is_dir() {
         "a directory"
     } else if found.is_symlink() {
-        "a symbolic link that leads nowhere"
+        "a dangling symbolic link"
     } else {
         "something else"
     }
@@ -112,7 +112,7 @@ fn standard_stream(path: &Path) -> Option<Box<dyn io::Write>> {
     }
 }
 
-/// The path to write to and the metadata of what is there. A symbolic link is followed only within its directory.
+/// The path to write to and the metadata of the present file. A symbolic link is followed only within its directory.
 fn resolve_target(path: &Path) -> io::Result<(PathBuf, Option<Metadata>)> {
     let found = match fs::symlink_metadata(path) {
         Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok((path.to_path_buf(), None)),
@@ -127,7 +127,7 @@ fn resolve_target(path: &Path) -> io::Result<(PathBuf, Option<Metadata>)> {
     };
     if end.parent() != Some(&fs::canonicalize(directory_of(path))?) {
         return Err(io::Error::other(format!(
-            "it is a symbolic link out of its directory; name {} itself",
+            "it is a symbolic link out of its directory; give the path {} instead",
             end.display()
         )));
     }
@@ -197,7 +197,7 @@ pub fn check_target(path: &Path) -> io::Result<()> {
 /// reader; writes to a pipe never block.
 ///
 /// # Errors
-/// As [`replace`]; a pipe that nobody reads.
+/// As [`replace`]; a pipe without a reader.
 pub fn create(path: &Path) -> io::Result<File> {
     let (place, found) = resolve_target(path)?;
     if let Some(found) = found.filter(|found| kind_name(found.file_type()) != "a pipe") {
@@ -215,7 +215,7 @@ pub fn create(path: &Path) -> io::Result<File> {
     options.open(&place).map_err(|error| {
         #[cfg(unix)]
         if error.raw_os_error() == Some(rustix::io::Errno::NXIO.raw_os_error()) {
-            return io::Error::other("nobody reads this pipe; start its reader first");
+            return io::Error::other("this pipe has no reader; start its reader first");
         }
         error
     })
@@ -277,8 +277,8 @@ pub(crate) fn remove(path: &Path) -> io::Result<()> {
     }
 }
 
-/// Opens a file, makes it if it is missing, and locks it until the returned file is closed; `None` if somebody else has
-/// locked it.
+/// Opens a file, creating it if it is missing, and locks it until the returned file is closed; `None` if another
+/// process has locked it.
 ///
 /// A symbolic link is refused: the lock would be that of a file elsewhere, which could be made or held by others.
 pub(crate) fn lock(path: &Path) -> io::Result<Option<File>> {

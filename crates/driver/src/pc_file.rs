@@ -43,7 +43,7 @@ pub fn drive_name(path: &Path) -> Result<String, NameError> {
         _ => path.file_stem(),
     };
     let text = part.and_then(|part| part.to_str());
-    let text = text.ok_or_else(|| name_error("it is not a text".to_owned()))?;
+    let text = text.ok_or_else(|| name_error("it is not UTF-8".to_owned()))?;
     let name = FileName::parse(text).map_err(|error| name_error(error.to_string()))?;
     Ok(name.as_str().to_owned())
 }
@@ -58,7 +58,7 @@ pub fn read_content(path: &Path, line_end: LineEnd) -> io::Result<Vec<u8>> {
     converted(&text, line_end)
 }
 
-/// The same of a file that may be no text: the rules of the drive say what is wrong with it.
+/// The same for a file that may be binary: the rules of the drive decide about it.
 pub(crate) fn read_converted(path: &Path, line_end: LineEnd) -> io::Result<Vec<u8>> {
     converted(
         &files::read(path, MAX_PC_FILE).map_err(limit_of_the_drive)?,
@@ -99,7 +99,7 @@ pub fn check_size(content: &[u8]) -> io::Result<()> {
     }
 }
 
-/// The one message for a file that is larger than those of the drive, whichever way it takes there.
+/// The message for a file that is too large for the drive, used by all callers.
 fn too_large() -> io::Error {
     let reason = format!("a file of the RAM drive has at most {} bytes", limits::MAX_FILE);
     io::Error::new(io::ErrorKind::FileTooLarge, reason)

@@ -1,5 +1,5 @@
-//! A controller, who listens to it, and the one loop that feeds it: an input, everything that was due before, and all
-//! outputs. There is no clock and no socket here; the owner says what time it is and carries the outputs out.
+//! A controller, its subscribers, and the one loop that feeds it: an input, everything that was due before, and all
+//! outputs. There is no clock and no socket here; the owner supplies the time and carries the outputs out.
 //!
 //! The daemon, `ts3100 run`, `diff`, tests and fuzzers use the same [`Seat`]. Start with [`Seat::feed`].
 
@@ -16,7 +16,6 @@ use ts3100_proto::calendar::CalendarTime;
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Side {
-    /// The host.
     Host,
     /// The controller.
     Robot,
@@ -42,14 +41,12 @@ pub enum Notice<'a> {
     NotPersisted {
         /// Name of the file.
         name: &'a str,
-        /// Why.
         reason: &'a str,
     },
     /// This controller is about to take over, with its time.
     Restored(&'a Controller),
-    /// This controller, as it was at the start, is about to take over.
+    /// This controller in its initial state is about to take over.
     Reset {
-        /// The controller.
         controller: &'a Controller,
         /// Its date, where that is wall-clock time.
         calendar: Option<CalendarTime>,
@@ -66,7 +63,7 @@ pub trait Subscriber: Send {
     fn settled(&mut self, _at: Time, _controller: &Controller) {}
     /// The owner has done something around the controller.
     fn notice(&mut self, _at: Time, _notice: Notice<'_>) {}
-    /// Nothing more follows at once: what was collected can be written.
+    /// Nothing more follows immediately: write the collected data.
     fn flush(&mut self) {}
     /// Whether it needs an event for each statement; these are frequent.
     fn wants_statements(&self) -> bool {
@@ -93,7 +90,7 @@ pub trait ActionSource: Send {
 
 /// The world around a controller.
 pub trait Effects {
-    /// An input that is about to be handled at `at`, and the controller as it was until then.
+    /// An input that is about to be handled at `at`, and the controller before it.
     fn input(&mut self, _at: Time, _input: &Input, _controller: &Controller) {}
 
     /// Stores a change of a file, which the controller makes afterwards; without content the file is erased. Returns why
@@ -121,7 +118,7 @@ pub trait Effects {
         false
     }
 
-    /// An input and what follows from it have been handled, as far as nothing has to be stored first. Returns whether all
+    /// An input and its consequences have been handled, except those that wait for a write. Returns whether all
     /// subscribers see statements from now on; `None` changes nothing.
     fn settled(&mut self, _controller: &Controller) -> Option<bool> {
         None
@@ -143,7 +140,7 @@ struct Audience {
 }
 
 impl Clone for Audience {
-    /// Returns an empty audience: nobody listens to a copy.
+    /// Returns an empty audience: a copy has no listeners.
     fn clone(&self) -> Audience {
         Audience::default()
     }
@@ -227,7 +224,7 @@ impl Seat {
         self.controller.trace(traced);
     }
 
-    /// A wire drives this digital input from now on, by inputs of [`Side::Robot`]; what else drives it has no effect.
+    /// Lets a wire drive this digital input, with inputs of [`Side::Robot`]; other drivers have no effect.
     pub(crate) fn join_wire(&mut self, line: u16) {
         self.wired_inputs.insert(line);
     }
@@ -271,7 +268,7 @@ impl Seat {
         }
     }
 
-    /// Tells every subscriber that nothing more follows at once.
+    /// Tells every subscriber that no immediate consequence is left.
     pub fn flush(&mut self) {
         for subscriber in &mut self.audience.subscribers {
             subscriber.flush();
@@ -281,8 +278,8 @@ impl Seat {
     /// Handles an input at `now` and every input that results from it. What was due before is handled first, each item
     /// at its own time.
     ///
-    /// While a change of a file is being stored, every input waits; [`Input::Persisted`] goes on with them, and
-    /// its result is that of the input that was fed.
+    /// While a change of a file is being stored, every input waits; [`Input::Persisted`] continues them, and its result
+    /// is that of the input that was fed.
     ///
     /// # Errors
     /// Why `input`, an action, had no effect. The refusals of other actions that come with it are events.
@@ -342,7 +339,7 @@ impl Seat {
         fed
     }
 
-    /// The input that is next, with its time: what was due before `now`, then what was fed, then what follows from it.
+    /// The next input with its time: first those due before `now`, then those fed, then their consequences.
     fn next_input(&mut self, now: Time, effects: &mut impl Effects) -> Option<(Time, Input, Side, Source)> {
         // The controller has nothing overdue after an input; what it has put out can make planned inputs due.
         while !self.inputs.is_empty() || self.audience.actions.is_some() {
@@ -390,7 +387,7 @@ impl Seat {
         self.inputs.extend(inputs);
     }
 
-    /// Carries out what the controller puts out. Returns the result of the step, or `None` if it waits until something
+    /// Carries out the outputs of the controller. Returns the result of the step, or `None` if it waits until something
     /// is stored.
     fn put_out(
         &mut self,

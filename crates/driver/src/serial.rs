@@ -59,7 +59,7 @@ impl fmt::Display for SerialEndpoint {
 pub enum SerialError {
     /// Another emulator uses the directory of the links.
     #[error(
-        "{} holds the serial lines of another running ts3100; end that one, or give each its own --serial-dir",
+        "another running ts3100 has its serial lines in {}; end it, or give each its own --serial-dir",
         path.display()
     )]
     InUse {
@@ -67,7 +67,7 @@ pub enum SerialError {
         path: PathBuf,
     },
     /// The path of a link is a file or directory.
-    #[error("{port}: {} is no symbolic link; remove it, or choose another --serial-dir", path.display())]
+    #[error("{port}: {} is not a symbolic link; remove it, or choose another --serial-dir", path.display())]
     Occupied {
         /// Port of the line.
         port: Port,
@@ -124,9 +124,9 @@ trait Line: Send {
     /// The inputs of the controller that result from the next event; at most `most` bytes are read. Without a context
     /// the system itself is asked, whatever the runtime knows of the line.
     fn poll(&mut self, most: usize, context: Option<&mut Context<'_>>) -> Poll<Vec<Input>>;
-    /// Sends bytes that came off the line to the host. What it does not take is lost, as in the buffer of a port.
+    /// Sends bytes from the line to the host. Bytes that it does not take are lost, as in the buffer of a port.
     fn send(&mut self, bytes: &[u8]);
-    /// The robot uses these settings from now on.
+    /// Changes the settings of the robot.
     fn set_robot(&mut self, robot: SerialSettings);
 }
 
@@ -265,7 +265,7 @@ impl SerialLines {
         }
     }
 
-    /// The robot uses the settings of its \[U06\] from now on.
+    /// Applies the settings of the robot's \[U06\].
     pub fn set_robot(&mut self, robot: &Controller) {
         for (&port, open) in &mut self.open {
             if let Some(settings) = robot.serial_line(port) {
@@ -298,7 +298,7 @@ impl OpenLine {
         polled
     }
 
-    /// Notes what an input says of the host.
+    /// Notes the facts about the host in an input.
     fn note(&mut self, input: &Input) {
         // A TCP channel says itself who comes and goes.
         let is_terminal = matches!(self.endpoint, SerialEndpoint::Pty(_) | SerialEndpoint::Device(_));

@@ -59,7 +59,7 @@ pub enum FileError {
 /// Content of a snapshot file.
 #[derive(Debug, Clone, Copy)]
 pub enum States<'a> {
-    /// The state of a robot that is alone, as it is.
+    /// The state of a single robot.
     One(&'a Controller),
     /// The states of robots by name: an object with the snapshot of each.
     Named(&'a [(String, Controller)]),
@@ -199,7 +199,7 @@ pub enum NamedError {
         found: String,
     },
     /// [`MAX_NAMED`] snapshots exist already.
-    #[error("cannot take another snapshot: there are {MAX_NAMED}, the most; delete one first")]
+    #[error("cannot take another snapshot: {MAX_NAMED} exist already; delete one first")]
     Full,
 }
 
@@ -269,7 +269,7 @@ impl SnapshotStore {
         let names: Vec<&str> = self.0.keys().map(String::as_str).collect();
         NamedError::Unknown {
             expected: if names.is_empty() {
-                "one that was taken before (there is none)".to_owned()
+                "the name of a snapshot (none exists)".to_owned()
             } else {
                 format!("one of {}", names.join(", "))
             },
@@ -297,7 +297,7 @@ pub enum SnapshotRequestError {
     #[error("the snapshot is restored, but no port is open: {0}")]
     Channels(String),
     /// The queue is full, or the emulator has ended.
-    #[error("the emulator accepts no more requests: too many are waiting, or it has ended")]
+    #[error("the emulator accepts no request: too many are waiting, or it has ended")]
     Busy,
 }
 
@@ -341,7 +341,7 @@ mod tests {
     #[test]
     fn the_store_is_bounded_and_lists_what_it_has() {
         let mut store = SnapshotStore::default();
-        assert!(store.get("a").unwrap_err().to_string().contains("there is none"));
+        assert!(store.get("a").unwrap_err().to_string().contains("none exists"));
         for number in 0..MAX_NAMED {
             store.insert(&format!("n{number}"), fresh()).unwrap();
         }

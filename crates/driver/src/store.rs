@@ -34,7 +34,7 @@ pub enum StoreError {
     Io(#[from] PathError),
     /// The directory was removed or replaced after it was opened.
     #[error(
-        "the directory {} was removed or replaced while ts3100 ran; put it back, or start ts3100 again",
+        "the directory {} was removed or replaced while ts3100 ran; restore it, or restart ts3100",
         path.display()
     )]
     DirectoryReplaced {
@@ -46,7 +46,7 @@ pub enum StoreError {
     Unfinished(tokio::task::JoinError),
     /// Another emulator, of this process or another, keeps its files there.
     #[error(
-        "the directory {} is the RAM drive of another running ts3100; end that one, or give each its own --drive",
+        "the directory {} is the RAM drive of another running ts3100; end it, or give each its own --drive",
         path.display()
     )]
     InUse {
@@ -58,7 +58,6 @@ pub enum StoreError {
     NotADriveFile {
         /// The file.
         path: PathBuf,
-        /// The reason.
         reason: String,
     },
 }
@@ -95,10 +94,10 @@ pub struct Store {
 pub type StoredFiles = Vec<(String, Vec<u8>)>;
 
 impl Store {
-    /// Opens the directory, makes it if it is missing, and reads its files and the error history. Hidden files are
-    /// left alone, except unfinished ones of an earlier run, which are removed. What cannot be on the RAM drive, by its
-    /// name or by its content, is left alone too and named among the [warnings](Store::warnings). A file put there by hand
-    /// gets the line ends of the drive in memory only.
+    /// Opens the directory, makes it if it is missing, and reads its files and the error history. Hidden files are left
+    /// alone, except unfinished ones of an earlier run, which are removed. A file that cannot be on the RAM drive
+    /// because of its name or content is left alone too and named among the [warnings](Store::warnings). A file put
+    /// there by hand gets the line ends of the drive in memory only.
     ///
     /// # Errors
     /// The system's, [`StoreError::InUse`], and [`StoreError::NotADriveFile`] for two files with one name on the drive, or
@@ -140,11 +139,11 @@ impl Store {
         &self.warnings
     }
 
-    /// Warns of an entry of which nothing is loaded.
+    /// Warns of an entry that is not loaded.
     fn skip<T>(&mut self, path: &Path, reason: impl std::fmt::Display) -> Option<T> {
         let path = path.display();
         self.warnings.push(format!(
-            "skipping {path}, which cannot be a file of the RAM drive: {reason}"
+            "skipping {path}: it cannot be a file of the RAM drive: {reason}"
         ));
         None
     }
@@ -160,7 +159,7 @@ impl Store {
             reason,
         };
         let Some(text) = file_name.to_str() else {
-            return Ok(self.skip(&path, "its name is not a text"));
+            return Ok(self.skip(&path, "its name is not UTF-8"));
         };
         if text.starts_with('.') {
             if text.ends_with(UNFINISHED_SUFFIX) {
@@ -181,7 +180,7 @@ impl Store {
         };
         let metadata = fs::metadata(&path).map_err(cannot("look at", &path))?;
         if !metadata.is_file() {
-            return Ok(self.skip(&path, "it is no file"));
+            return Ok(self.skip(&path, "it is not a file"));
         }
         let content = match own {
             true => pc_file::read_stored(&path),
@@ -216,7 +215,7 @@ impl Store {
         }
         if let Some(other) = self.files.insert(name.clone(), file_name.clone()) {
             return Err(foreign(format!(
-                "the drive does not tell it from {}",
+                "on the RAM drive it has the same name as {}",
                 other.display()
             )));
         }
@@ -231,7 +230,7 @@ impl Store {
         let place = self.path_of(name)?;
         // The drive does not show a skipped file, so the host cannot know that it would destroy one.
         if self.skipped.contains(std::ffi::OsStr::new(name)) && place.exists() {
-            let reason = "a file of this name was skipped at the start; move it away".to_owned();
+            let reason = "a file of this name was skipped at the start; move that file away".to_owned();
             return Err(StoreError::NotADriveFile { path: place, reason });
         }
         let unfinished = self.write_temporary(name, content)?;

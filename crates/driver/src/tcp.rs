@@ -1,5 +1,5 @@
-//! The Ethernet channels IP0 to IP3 as TCP sockets: who is connected to which channel, and bytes in both directions.
-//! Nothing here knows what the bytes mean.
+//! The Ethernet channels IP0 to IP3 as TCP sockets: their connections, and bytes in both directions. Nothing here knows
+//! what the bytes mean.
 //!
 //! The driver owns [`Channels`] and polls each `Channel`: accepting (`listen`), reading and writing (`connection`) happen
 //! in its own task; only dialling (`dial`) is a task of its own. Start with
@@ -123,6 +123,13 @@ impl Channels {
         &self.numbers
     }
 
+    /// The open server channels for a message: `IP0 1000, IP1 1001`.
+    pub fn listing(&self) -> String {
+        let ports = self.numbers.iter();
+        let ports: Vec<_> = ports.map(|(port, number)| format!("{port} {number}")).collect();
+        ports.join(", ")
+    }
+
     /// Closes every channel and connection; returns the resulting inputs.
     pub fn close(&mut self) -> Vec<Input> {
         self.numbers.clear();
@@ -135,8 +142,8 @@ impl Channels {
             .collect()
     }
 
-    /// Closes every connection, and every channel but those that listen and will do so again under `plan`: to open
-    /// their sockets anew costs more than all else of a reset. Returns the resulting inputs.
+    /// Closes every connection and every channel, except channels that listen now and again under `plan`: reopening
+    /// their sockets would cost more than the rest of a reset. Returns the resulting inputs.
     pub fn close_for(&mut self, plan: &NetworkConfig) -> Vec<Input> {
         if self.plan != Some(*plan) {
             return self.close();

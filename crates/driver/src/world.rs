@@ -1,5 +1,5 @@
-//! A world: robots that share one time, and the wires between them. There is no clock and no socket here; the owner says
-//! what time it is and carries the outputs out, each at the edge of its robot.
+//! A world: robots that share one time, and the wires between them. There is no clock and no socket here; the owner
+//! supplies the time and carries the outputs out, each at the edge of its robot.
 //!
 //! This is a simulation of discrete events with delta cycles, as hardware description languages have it. Before anything
 //! happens at a moment, everything that was due earlier at any robot has happened, the earliest first, and of several
@@ -17,7 +17,7 @@ use std::ops::{Index, IndexMut};
 use tracing::{Span, debug};
 use ts3100_controller::{Accepted, ActionError, Input, PanelAction, Time};
 
-/// Most rounds in which wires settle at one moment. What still changes then waits for the next event.
+/// Most rounds in which wires settle at one moment. Further changes wait for the next event.
 const MAX_ROUNDS: usize = 256;
 /// A wire that changes so often at one moment is in a loop: a handshake that takes no time changes each wire twice.
 const MAX_CHANGES: usize = 16;
@@ -121,7 +121,7 @@ pub struct World<E> {
     is_awaited: bool,
     /// The moment that has been reached.
     now: Time,
-    /// The moment from which what is due has to wait.
+    /// The time after which due work has to wait.
     late: Option<Time>,
 }
 
@@ -162,7 +162,8 @@ impl<E: Effects> World<E> {
         }
     }
 
-    /// Adds a robot at a moment; its own time goes on from that of its controller. Returns its number, counted from 0.
+    /// Adds a robot at a moment; its own time continues from that of its controller. Returns its number, counted from
+    /// 0.
     pub fn add(&mut self, now: Time, seat: Seat, edge: E, span: Span) -> usize {
         let time = seat.controller.now();
         let mut robot = Robot {
@@ -176,7 +177,7 @@ impl<E: Effects> World<E> {
         self.robots.len() - 1
     }
 
-    /// Joins the robots by wires, whose ends then show what they carry. Nothing else drives these inputs.
+    /// Joins the robots with wires, whose ends then show their levels. Nothing else drives these inputs.
     pub fn join(&mut self, wires: Vec<Wire>) {
         for wire in &wires {
             if let WireEnd::Line { robot, line } = &wire.to {
@@ -212,7 +213,7 @@ impl<E: Effects> World<E> {
         self.robots.iter().filter_map(Robot::deadline).min()
     }
 
-    /// Whether a robot stores something. Every input waits for it: what it does next may reach any of them.
+    /// Whether a robot stores something. Every input waits for it, because its next action may affect any robot.
     pub fn is_storing(&self) -> bool {
         self.robots.iter().any(|robot| robot.seat.is_waiting())
     }
@@ -222,16 +223,16 @@ impl<E: Effects> World<E> {
         !self.waiting.is_empty()
     }
 
-    /// The moment that was reached, if the rest of what was due has to wait ([`Effects::is_late`]).
+    /// The time that was reached, if the rest of the due work has to wait ([`Effects::is_late`]).
     pub fn take_late(&mut self) -> Option<Time> {
         self.late.take()
     }
 
-    /// Handles an input of a robot at `now`, and everything that follows from it at any robot. What was due before happens
-    /// first, each event at its own moment.
+    /// Handles an input of a robot at `now`, and all its consequences at any robot. Earlier deadlines are handled
+    /// first, each at its own moment.
     ///
-    /// While a change of a file is being stored, every input waits; [`Input::Persisted`] of the robot that stores goes on
-    /// with them, and its result is that of the action that has waited.
+    /// While a change of a file is being stored, every input waits; [`Input::Persisted`] of the robot that stores
+    /// continues with them, and its result is that of the action that has waited.
     ///
     /// # Errors
     /// Why `input`, an action, had no effect.
@@ -289,7 +290,7 @@ impl<E: Effects> World<E> {
         result
     }
 
-    /// Lets every robot do what is due until `now`. If one stores something first, the others wait for it.
+    /// Lets every robot do the work that is due until `now`. If one stores something first, the others wait for it.
     pub fn advance(&mut self, now: Time) {
         let now = self.catch_up(now);
         // A robot that is left out keeps its deadline and is served by the next `advance`.
@@ -348,8 +349,8 @@ impl<E: Effects> World<E> {
         span.in_scope(|| seat.feed(time, input, by, edge))
     }
 
-    /// Sets an outside line at `now`, as [`World::feed`] handles an input: what was due before happens first, and while
-    /// something is being stored the level waits in the queue of inputs.
+    /// Sets an outside line at `now`, as [`World::feed`] handles an input: earlier deadlines are handled first, and
+    /// during a write the level waits in the queue of inputs.
     pub fn set_outside(&mut self, now: Time, name: String, on: bool) {
         let now = self.catch_up(now);
         if self.is_storing() {
@@ -376,8 +377,8 @@ impl<E: Effects> World<E> {
         self.wires.iter().map(|wire| self.level(&wire.from)).collect()
     }
 
-    /// The wires carry nothing until [`World::mend_wires`]: of several robots that are replaced together, none sees what
-    /// another was before.
+    /// The wires carry nothing until [`World::mend_wires`]: of several robots that are replaced together, none sees the
+    /// previous state of another.
     pub fn cut_wires(&mut self) {
         self.is_cut = true;
     }
@@ -419,8 +420,8 @@ impl<E: Effects> World<E> {
             .collect()
     }
 
-    /// Lets each wire carry its level, and what that brings about, in rounds without time. What a robot has to store in the
-    /// middle of a round comes first: what is left of the round is found again by comparing.
+    /// Lets each wire carry its level, and handles the consequences, in rounds without time. A write in the middle of a
+    /// round comes first; the rest of the round is found again by comparing levels.
     fn settle(&mut self) {
         if self.wires.is_empty() || self.is_cut {
             return;
@@ -466,8 +467,8 @@ impl<E: Effects> World<E> {
         }
     }
 
-    /// Reports wires that go on changing each other, once, at the first robot where one of them ends. They change again
-    /// whenever time goes on.
+    /// Reports wires that keep changing each other, once, at the first robot where one of them ends. They change again
+    /// whenever time advances.
     fn report_loop(&mut self, restless: BTreeSet<usize>) {
         let wires = restless.iter().filter_map(|number| self.wires.get(*number));
         let names: Vec<&str> = wires.clone().map(|wire| wire.name.as_str()).collect();

@@ -94,7 +94,7 @@ impl Driver {
         }
     }
 
-    /// Tells the caller, as soon as nothing is being stored, that everything that follows from an outside line has happened.
+    /// Answers the caller once all consequences of an outside line have happened and no write is pending.
     pub(super) fn tell_settled(&mut self, done: oneshot::Sender<bool>) {
         if self.world.is_storing() {
             self.awaiting = Some(Awaiting::Settled(done));
@@ -120,7 +120,7 @@ impl Driver {
         }
     }
 
-    /// Handles everything that is due until this moment. Time stands there until [`Driver::go_on`].
+    /// Handles everything that is due until this moment. Time is stopped there until [`Driver::go_on`].
     pub(super) async fn stand_at(&mut self, moment: Instant) {
         self.clock.hold(Some(moment));
         self.tick();
@@ -148,9 +148,7 @@ impl Driver {
                 if dropped.edge.serial_lines.endpoint(port).is_some() {
                     return Err(ActionError::conflict(
                         port,
-                        format!(
-                            "cannot drop the peer of {port}: the host holds its own end of a serial line"
-                        ),
+                        format!("cannot drop the peer of {port}: a serial line has no connection to close"),
                     ));
                 }
                 let time = dropped.time_at(now);
@@ -234,7 +232,7 @@ impl Driver {
         let files_result = self.take_over(number, next).await;
         let Robot { seat, edge, .. } = &mut self.world[number];
         if let Err(reason) = edge.channels.open(seat.controller.network()) {
-            error!("no port is open: {reason}");
+            error!("cannot open the ports after the reset: {reason}");
         }
         info!("reset: {}", edge.channels.listing());
         for input in edge.serial_lines.power_cycled(&seat.controller) {
@@ -276,7 +274,7 @@ impl Driver {
         wake.min(self.clock.wake(limit, false))
     }
 
-    /// Target of a jump after [`Wake::JumpAfter`]: what is due next, or the end of a wait that moves time.
+    /// Target of a jump after [`Wake::JumpAfter`]: the next deadline, or the end of a wait that moves time.
     pub(super) fn jump_target(&self) -> Option<Time> {
         let advancing = self.waits().filter(|(_, pending)| pending.wait.advance);
         let limits = advancing.map(|(limit, _)| limit);

@@ -34,7 +34,7 @@ pub(super) struct Start {
     pub servo_on: bool,
 }
 
-/// Connections and directory of a robot, and what is kept of it beside its controller.
+/// Connections and directory of a robot, and its further state outside the controller.
 pub(super) struct Edge {
     pub channels: Channels,
     pub serial_lines: SerialLines,
@@ -91,7 +91,7 @@ impl Edge {
         }
     }
 
-    /// Whether wall-clock time matters to nobody: no peer is connected and no wait is pending.
+    /// Whether wall-clock time is irrelevant: no peer is connected and no wait is pending.
     pub fn is_idle(&self, controller: &Controller) -> bool {
         let has_peer = |port: &Port| controller.peer(*port).is_some();
         self.waits.is_empty() && controller.host_is_silent() && !Port::ALL.iter().any(has_peer)
@@ -147,7 +147,7 @@ impl Effects for Edge {
                 }
             }
             Output::PowerOff => {
-                info!("power off; no port is open");
+                info!("power off; the ports are closed");
                 return self.channels.close();
             }
             Output::PowerCycled => {

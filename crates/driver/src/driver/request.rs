@@ -35,12 +35,11 @@ pub enum Request {
     Query(Reply<()>),
     /// Waits until a condition is met; drop the receiver to cancel the wait.
     Wait(Wait, oneshot::Sender<WaitResult>),
-    /// Sets an outside line. Answered when everything that follows from it at once has happened; `false` if no wire begins
-    /// there.
+    /// Sets an outside line. Answered once all immediate consequences have happened; `false` if no wire begins there.
     SetOutside(String, bool, oneshot::Sender<bool>),
-    /// Lets the whole loop pause: the caller has the world, and all robots in it, for itself. So several robots are read or
-    /// replaced at one moment, also in several worlds. A caller that wants several has to ask for them in the same order
-    /// as every other caller.
+    /// Lets the whole loop pause: the caller has the world, and all robots in it, for itself. This is how several
+    /// robots are read or replaced at one moment, also in several worlds. A caller that wants several has to ask for
+    /// them in the same order as every other caller.
     Pause(oneshot::Sender<Paused>),
 }
 
@@ -51,9 +50,9 @@ pub struct Requests {
     queue: mpsc::Sender<(usize, Request)>,
 }
 
-/// The driver has ended, or takes nothing at the moment.
+/// The driver has ended, or its queue is full.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
-#[error("the driver takes no request")]
+#[error("the emulator accepts no more requests")]
 pub struct NotTaken;
 
 impl Requests {
@@ -117,7 +116,7 @@ impl Paused {
         self.0.clock.wall()
     }
 
-    /// Handles everything that is due until this moment. Time stands there during the pause.
+    /// Handles everything that is due until this moment. Time is stopped there during the pause.
     pub async fn stand_at(&mut self, moment: Instant) {
         self.0.stand_at(moment).await;
     }
@@ -127,8 +126,8 @@ impl Paused {
         self.0.view(robot)
     }
 
-    /// Does something about snapshots of several robots, each with its number; none sees what another was before. The
-    /// result of each.
+    /// Carries out snapshot tasks for several robots, each with its number, as one unit; none sees the previous state
+    /// of another. Returns each result.
     pub async fn act_on_snapshots(
         &mut self,
         tasks: Vec<(usize, SnapshotTask)>,

@@ -30,7 +30,7 @@ const DRAIN_TIME: Duration = Duration::from_micros(100);
 /// Longest time the driver works without yielding to other tasks.
 const MAX_TIME_WITHOUT_YIELD: Duration = Duration::from_micros(100);
 
-/// One unit of work. The numbers are those of robots.
+/// One unit of work; the numbers are robots.
 pub(super) enum Work {
     Request(usize, Request),
     /// Inputs that an event on a port has led to.
@@ -45,8 +45,8 @@ pub(super) enum Work {
     ClockCheck,
 }
 
-/// Which port is polled next, what waits for the ports, and how long the driver has worked. Ports are counted through all
-/// robots.
+/// The port to poll next, the work that waits for the ports, and the time since the last yield. Ports are numbered
+/// through all robots.
 #[derive(Default)]
 pub(super) struct Rotation {
     pub port: usize,
@@ -56,7 +56,7 @@ pub(super) struct Rotation {
     working_since: Option<Instant>,
 }
 
-/// Work before which the ports are drained: what hosts have sent is handled first. A test that sends a command and then
+/// Work before which the ports are drained: bytes of hosts are handled first. A test that sends a command and then
 /// moves the clock expects this order, although the two arrive on different connections.
 pub(super) struct Held {
     work: Work,
@@ -81,7 +81,7 @@ impl Held {
 }
 
 impl Rotation {
-    /// Keeps work until the ports of so many robots are drained.
+    /// Keeps work until the ports of that many robots are drained.
     fn hold(&mut self, work: Work, robots: usize) {
         self.held = Some(Held {
             work,
@@ -133,7 +133,9 @@ impl Driver {
     fn skip_gap(&mut self) {
         if let Some(missed) = self.clock.skip_gap() {
             self.span().in_scope(|| {
-                warn!("the emulator was stopped for {missed:.1?}: skipped (`skipped` of /clock)");
+                warn!(
+                    "the process was stopped for {missed:.1?}; virtual time skips it (`skipped` of /clock)"
+                );
             });
         }
     }
@@ -240,8 +242,8 @@ async fn clock_check(beats: Option<Duration>) {
     }
 }
 
-/// The timer of a loop. It may be set too early: each request moves what is due next, and to set a timer anew costs more
-/// than to look again when it has run out.
+/// The timer of a loop. It may fire too early: each request moves the deadline, and setting a timer again costs more
+/// than checking the deadline when it fires.
 #[derive(Default)]
 struct WakeTimer(Option<Pin<Box<Sleep>>>);
 

@@ -13,8 +13,8 @@ use ts3100_controller::port::Port;
 use ts3100_controller::{Controller, Input};
 
 impl Driver {
-    /// Carries out what is asked for about snapshots of robots, each with its number, as one unit of work: none sees what
-    /// another was before. Returns the result of each.
+    /// Carries out snapshot tasks of robots, each with its number, as one unit of work: none sees the previous state of
+    /// another. Returns each result.
     pub(super) async fn act_together(
         &mut self,
         tasks: Vec<(usize, SnapshotTask)>,

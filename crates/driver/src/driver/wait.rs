@@ -6,7 +6,7 @@
 use std::time::Duration;
 use ts3100_controller::{Condition, ConditionWatch, Controller, Input, Output};
 
-/// A condition with its timeout and what has been observed so far.
+/// A condition with its timeout and its observations so far.
 #[derive(Debug, Clone)]
 pub struct Wait {
     /// Longest wait, in virtual time.

@@ -79,7 +79,7 @@ mod unix {
         assert!(create(Path::new("/dev/null")).is_err());
         assert_eq!(
             create(&pipe).unwrap_err().to_string(),
-            "nobody reads this pipe; start its reader first"
+            "this pipe has no reader; start its reader first"
         );
         let flags = i32::try_from(OFlags::NONBLOCK.bits()).unwrap();
         let mut reader = File::options()

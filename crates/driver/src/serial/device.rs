@@ -29,9 +29,9 @@ enum State {
     Opened(Terminal),
     /// The port carries bytes.
     Open(Terminal, MarkDecoder),
-    /// The port is to be opened again with other settings, as soon as the controller knows that it is closed.
+    /// The port has to be reopened with other settings, once the controller knows that it is closed.
     Reset,
-    /// The port is gone, so nobody receives what the robot sends. It is looked for at this time.
+    /// The port is gone and output is dropped; opening it is retried at this time.
     Lost(Pin<Box<Sleep>>),
 }
 
@@ -54,7 +54,7 @@ impl Device {
         })
     }
 
-    /// The port is gone: it is looked for after a pause.
+    /// The port is gone: reopening it is retried after a pause.
     fn lose(&mut self, pause: Duration) -> Poll<Vec<Input>> {
         self.state = State::Lost(Box::pin(sleep(pause)));
         Poll::Ready(vec![Input::Disconnected { port: self.port }])
@@ -71,7 +71,7 @@ impl Line for Device {
                         let place = self.path.display();
                         warn!(
                             port = port.name(),
-                            "{port}: {place} is gone; it is looked for again"
+                            "{port}: {place} is gone; retrying until it is back"
                         );
                         return self.lose(self.pause);
                     };
@@ -128,7 +128,7 @@ impl Line for Device {
             let (port, place) = (self.port, self.path.display());
             info!(
                 port = port.name(),
-                "{port}: {place} is opened again as [U06] says"
+                "{port}: reopening {place} with the settings of [U06]"
             );
             self.state = State::Reset;
         }

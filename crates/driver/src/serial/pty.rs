@@ -52,8 +52,7 @@ pub(super) struct Pty {
 }
 
 impl Pty {
-    /// Makes one and puts a link to it at `path`, whose directory is locked; what an ended daemon left there is
-    /// replaced.
+    /// Makes one and puts a link to it at `path`, whose directory is locked; a link of an ended process is replaced.
     pub(super) fn open(port: Port, path: &Path, robot: SerialSettings) -> Result<Pty, SerialError> {
         let (master, slave) =
             create().map_err(io_error(port, "make a pseudo terminal for", path.display()))?;
@@ -75,8 +74,8 @@ impl Pty {
         Ok(pty)
     }
 
-    /// Ready for the next host: what the last one did not read is forgotten, what it has set stays, as on a real
-    /// port; what nobody has set follows [U06].
+    /// Prepares for the next host: drops unread output; keeps the settings of the last host, as a real port does;
+    /// settings that no host has made follow [U06].
     fn reset(&mut self) -> io::Result<()> {
         let slave = open_terminal(&self.slave)?;
         let mut termios = tcgetattr(&slave)?;

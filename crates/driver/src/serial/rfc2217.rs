@@ -15,7 +15,7 @@ const SUPPRESS_GO_AHEAD: u8 = 3;
 /// COM-PORT-OPTION.
 const COM_PORT: u8 = 44;
 
-/// Numbers of the answers are those of the commands plus this.
+/// Offset of the numbers of answers from those of commands.
 const ANSWER: u8 = 100;
 const SIGNATURE: u8 = 0;
 const SET_BAUDRATE: u8 = 1;
@@ -33,7 +33,7 @@ const PURGE_DATA: u8 = 12;
 
 /// Signature of this access server.
 const NAME: &[u8] = b"ts3100";
-/// Highest speed taken, in bit/s; what no UART of the time has is refused.
+/// Highest accepted speed in bit/s; speeds that no UART of the time has are refused.
 const HIGHEST_SPEED: u32 = 4_000_000;
 /// Carrier, data set ready and clear to send: a cable with its handshake lines bridged.
 const MODEM_STATE: u8 = 0x80 | 0x20 | 0x10;
@@ -45,7 +45,7 @@ const LINE_STATE: u8 = 0x40 | 0x20;
 pub enum Event {
     /// Bytes for the line.
     Data(Vec<u8>),
-    /// The client's port has these settings from now on.
+    /// Sets the settings of the client's port.
     Settings(HostSettings),
     /// Bytes that are not on the line yet are to be forgotten.
     PurgeToRobot,
@@ -186,13 +186,13 @@ impl Server {
                 self.answer(SET_DATASIZE, &[self.current().length]);
             }
             (SET_PARITY, &[parity]) => {
-                // Mark and space parity are not had.
+                // Mark and space parity are not supported.
                 let number = parity.checked_sub(1);
                 self.settings.parity = number.and_then(Parity::from_number).or(before.parity);
                 self.answer(SET_PARITY, &[self.current().parity.number() + 1]);
             }
             (SET_STOPSIZE, &[stop]) => {
-                // One and a half stop bits are not had.
+                // One and a half stop bits are not supported.
                 let taken = matches!(stop, 1 | 2).then_some(stop);
                 self.settings.stop = taken.or(before.stop);
                 self.answer(SET_STOPSIZE, &[self.current().stop]);
@@ -232,7 +232,7 @@ impl Server {
         self.settings.or_robot(self.robot)
     }
 
-    /// Flow control is kept as asked for: the robot uses none, so nothing ever stops the client.
+    /// Flow control is stored as requested but not used: the robot never stops the client.
     fn set_control(&mut self, value: u8) -> Option<Event> {
         let mut event = None;
         match value {

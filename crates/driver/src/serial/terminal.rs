@@ -1,5 +1,5 @@
-//! A terminal that is read and written without blocking: the end of a pseudo terminal that is ours, or a real port.
-//! `pty` and `device` decide who owns it and how it is set.
+//! A terminal that is read and written without blocking: our end of a pseudo terminal, or a real port. `pty` and
+//! `device` own and configure it.
 
 use super::open_port;
 use super::unsent::Unsent;

@@ -70,7 +70,7 @@ impl Terminal {
             let port = self.port;
             debug!(
                 port = port.name(),
-                "{port}: bytes lost, the port does not take them"
+                "{port}: bytes lost: the port does not accept them"
             );
         }
     }

@@ -30,7 +30,7 @@ impl Unsent {
             let (port, lost) = (self.port, bytes.len() - room);
             debug!(
                 port = port.name(),
-                "{port}: {lost} bytes lost, the host does not read"
+                "{port}: {lost} bytes lost: the host does not read"
             );
         }
         self.bytes.extend(bytes.iter().take(room));

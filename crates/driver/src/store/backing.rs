@@ -1,6 +1,7 @@
 //! The policy of the backing directory: a change is persisted before the controller applies it, or rejected
 //! (`drive.when_full`). Files that could not be saved are remembered and retried after the next successful write.
-//! [`Store`] writes the files, in a thread of its own where a host waits for the answer: the loop of the driver goes on.
+//! [`Store`] writes the files, in a thread of its own where a host waits for the answer: the loop of the driver
+//! continues.
 
 use super::{Store, StoreError};
 use std::collections::{BTreeMap, BTreeSet};
@@ -167,7 +168,7 @@ impl Backing {
         if let Some(reason) = self.status.error.take() {
             info!(
                 event = "store-recovered",
-                reason, "the directory of the RAM drive takes files again"
+                reason, "the directory of the RAM drive accepts files again"
             );
         }
     }
@@ -181,11 +182,11 @@ impl Backing {
             let t = now.to_string();
             let what = match self.when_full {
                 WhenFull::Refuse => "changes are refused",
-                WhenFull::Memory => "changes are in memory alone",
+                WhenFull::Memory => "changes are kept in memory only",
             };
             error!(
                 event = "store-failed",
-                t, file, reason, "the directory of the RAM drive does not keep {file}: {reason}; {what}"
+                t, file, reason, "cannot write {file} to the directory of the RAM drive: {reason}; {what}"
             );
             self.last_logged = Some(cause);
         }
@@ -193,7 +194,7 @@ impl Backing {
     }
 }
 
-/// The store. Nobody else has it: nothing is served while a write is under way.
+/// The store. Only this task has it: nothing is served during a write.
 fn lock(store: &Mutex<Store>) -> MutexGuard<'_, Store> {
     store.lock().unwrap_or_else(PoisonError::into_inner)
 }

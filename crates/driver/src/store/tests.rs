@@ -165,7 +165,10 @@ fn a_file_put_there_by_hand_is_that_of_load_and_the_directory_stays_as_it_is() {
     let error = Store::open(directory.path(), LineEnd::Lf)
         .unwrap_err()
         .to_string();
-    assert!(error.contains("the drive does not tell it from"), "{error}");
+    assert!(
+        error.contains("on the RAM drive it has the same name as"),
+        "{error}"
+    );
 }
 
 #[test]

@@ -67,7 +67,7 @@ impl Channel {
         }
     }
 
-    /// The channel of a serial line, on which bytes take time: those of a peer that has closed keep nobody out.
+    /// The channel of a serial line, on which bytes take time: those of a closed peer do not keep the next one out.
     pub(crate) fn for_serial_line(self) -> Channel {
         Channel {
             drops_unread: true,
@@ -185,7 +185,7 @@ impl Channel {
     fn refuse_overdue(&mut self, index: usize) -> Vec<Input> {
         let has_closed = self.connection.as_ref().is_some_and(Connection::peer_has_closed);
         if self.drops_unread && has_closed {
-            return self.end("has gone; what it left unread is dropped", Connection::abort);
+            return self.end("has gone; its unread output is dropped", Connection::abort);
         }
         let old = self.connection.as_ref().filter(|old| !old.peer_has_closed());
         let refused = old.and_then(|old| {
@@ -235,7 +235,7 @@ impl Channel {
 
     /// Ends the connection because of a fault.
     pub(crate) fn disconnect(&mut self, how: DisconnectMode) -> Vec<Input> {
-        self.end("cut off on purpose", |connection| match how {
+        self.end("is cut off (fault)", |connection| match how {
             DisconnectMode::Reset => connection.reset(),
             DisconnectMode::Close => connection.finish(),
         })
@@ -245,7 +245,7 @@ impl Channel {
     pub(crate) fn stall(&mut self) {
         if let Some(connection) = &mut self.connection {
             let (port, peer) = (self.port, connection.peer);
-            info!(port = port.name(), "{port}: {peer} is half-open on purpose");
+            info!(port = port.name(), "{port}: {peer} is half-open (fault)");
             connection.stalled = true;
         }
     }
@@ -273,12 +273,16 @@ impl Channel {
         (connected, Some(self))
     }
 
-    /// Writes at once what the system takes; the rest waits until the socket is writable. A peer that has left too
-    /// much unread is disconnected.
+    /// Writes at once what the system takes; the rest waits until the socket is writable. A peer that does not read is
+    /// disconnected.
     pub(crate) fn send(&mut self, bytes: Bytes) -> Vec<Input> {
         let port = self.port;
         let Some(connection) = &mut self.connection else {
-            debug!(port = port.name(), "{port}: no peer for {} bytes", bytes.len());
+            debug!(
+                port = port.name(),
+                "{port}: {} bytes dropped: no peer is connected",
+                bytes.len()
+            );
             return Vec::new();
         };
         if connection.stalled {
@@ -292,7 +296,7 @@ impl Channel {
         let peer = connection.peer;
         warn!(
             port = port.name(),
-            "{port}: {peer} does not read, closed with {WRITE_QUEUE} writes unsent"
+            "{port}: closed {peer}: it does not read, {WRITE_QUEUE} writes are unsent"
         );
         if let Some(connection) = self.connection.take() {
             connection.abort();

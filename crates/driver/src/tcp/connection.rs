@@ -64,7 +64,7 @@ impl Unsent {
     }
 }
 
-/// A connection, read and written by whoever polls it.
+/// A connection that its poller reads and writes.
 pub(super) struct Connection {
     port: Port,
     pub(super) peer: SocketAddr,
@@ -193,7 +193,7 @@ impl Connection {
     }
 
     /// Tells the runtime that nothing is left to read. It asks the system before it reports further bytes, and learns
-    /// then of connections that came before them; and nobody reads once more only to hear that there is nothing.
+    /// then of connections that came before them; so a further read that finds nothing is saved.
     fn note_emptied(&self) {
         let emptied: io::Result<()> = Err(io::ErrorKind::WouldBlock.into());
         // The result is the error that says so.
@@ -218,7 +218,7 @@ impl Connection {
     /// Ends the connection by a TCP reset; unsent data is lost.
     pub(super) fn reset(self) {
         if let Err(error) = SockRef::from(&self.stream).set_linger(Some(Duration::ZERO)) {
-            debug!("no reset, an orderly end: {error}");
+            debug!("cannot reset the connection, closing it instead: {error}");
         }
     }
 
@@ -256,7 +256,10 @@ pub(super) fn prepare(port: Port, stream: &TcpStream) {
         Ok(())
     };
     if let Err(error) = set() {
-        debug!(port = port.name(), "{port}: socket options not set: {error}");
+        debug!(
+            port = port.name(),
+            "{port}: cannot set the socket options: {error}"
+        );
     }
 }
 

@@ -63,7 +63,9 @@ pub enum ChannelError {
         reason: io::Error,
     },
     /// Own port plus offset exceeds 65535.
-    #[error("cannot open {channel}: port {own} of ETHERNET.PAR plus --port-offset {offset} exceeds 65535")]
+    #[error(
+        "cannot open {channel}: port {own} of ETHERNET.PAR plus --port-offset {offset} exceeds 65535; choose a smaller offset"
+    )]
     PortRange {
         /// Channel that cannot be opened.
         channel: Port,
@@ -89,7 +91,7 @@ fn other_offset(address: SocketAddr) -> &'static str {
 enum BindPurpose {
     /// Listens.
     Listen,
-    /// Listens at a port that is reserved while nobody listens there.
+    /// Listens at a reserved port.
     ListenReserved,
     /// Reserves the port without listening.
     Reserve,
@@ -124,9 +126,9 @@ pub fn open(address: SocketAddr) -> io::Result<(TcpListener, SocketAddr)> {
     listening(address, BindPurpose::Listen)
 }
 
-/// A free port that stays with its channel while nobody listens there, as during a power cycle: with many emulators on
-/// one machine somebody else would be given it meanwhile. It is kept by a socket that is bound and does not listen, so
-/// that who dials is refused. Elsewhere than on Linux such a socket would take connections from the one that listens:
+/// A free port that its channel keeps while it does not listen, for example during a power cycle: with many emulators
+/// on one machine another program would get it meanwhile. A bound socket that does not listen keeps it, so that
+/// connections are refused. Elsewhere than on Linux such a socket would take connections from the one that listens:
 /// there the port is free meanwhile.
 #[derive(Debug)]
 pub(super) struct ReservedPort {
@@ -258,7 +260,7 @@ impl Acceptor {
                 }
                 Err(error) => {
                     let name = port.name();
-                    warn!(port = name, "{port}: a connection was not accepted: {error}");
+                    warn!(port = name, "{port}: cannot accept a connection: {error}");
                     self.pause = Some(Box::pin(tokio::time::sleep(ACCEPT_PAUSE)));
                 }
             }

@@ -23,7 +23,7 @@ pub enum SecondConnection {
     Replace,
 }
 
-/// Options of the links, and of the directory behind the RAM drive.
+/// Options of the links and of the backing directory of the RAM drive.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct LinkOptions {
     /// `channel.second`.
@@ -32,7 +32,7 @@ pub struct LinkOptions {
     pub redial: Duration,
     /// `auto.silence`: how long hosts must be silent before `--time auto` jumps.
     pub silence: Duration,
-    /// `drive.when_full`: what happens to a change that the backing directory does not take.
+    /// `drive.when_full`: treatment of a change that the backing directory does not accept.
     pub when_full: WhenFull,
 }
 

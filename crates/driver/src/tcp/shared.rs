@@ -21,7 +21,7 @@ use ts3100_controller::port::Port;
 /// Connections that may wait until their channel takes them; further ones are reset.
 const MAILBOX: usize = 4;
 
-/// Called with an address that nobody has claimed; it may start the robot of this address.
+/// Called with an address without a robot; it may start the robot of this address.
 type Newcomer = Box<dyn Fn(IpAddr) + Send + Sync>;
 
 /// The shared listening sockets of a process.
@@ -37,7 +37,7 @@ struct Shared {
 
 impl SharedPorts {
     /// Listens at these ports of the machine. If the robots' addresses are loopback addresses, only this machine
-    /// reaches them (on Linux; elsewhere whoever dials another address is reset).
+    /// reaches them (on Linux; elsewhere a connection to another address is reset).
     ///
     /// # Errors
     /// The first port that cannot be opened.
@@ -77,7 +77,7 @@ impl SharedPorts {
             match listener.accept().await {
                 Ok(accepted) => self.hand_over(*port, accepted),
                 Err(error) => {
-                    warn!("port {number}: a connection was not accepted: {error}");
+                    warn!("port {number}: cannot accept a connection: {error}");
                     tokio::time::sleep(ACCEPT_PAUSE).await;
                 }
             }

@@ -14,12 +14,12 @@ use ts3100_controller::Port;
 /// not, whatever the end was.
 const LOCK: &str = ".ts3100-serial.lock";
 
-/// The directories of one daemon, for nobody else until this is dropped.
+/// The directories of one process, locked until this is dropped.
 #[derive(Debug, Default)]
 pub(in super::super) struct DirectoryLocks(BTreeMap<PathBuf, File>);
 
 impl DirectoryLocks {
-    /// Locks the directory in which `link` is to stand; it is made if it is missing.
+    /// Locks the directory of `link`, and creates it if it is missing.
     pub(in super::super) fn take(&mut self, port: Port, link: &Path) -> Result<(), SerialError> {
         let directory = directory_of(link);
         fs::create_dir_all(directory).map_err(io_error(port, "make the directory", directory.display()))?;
@@ -38,7 +38,7 @@ impl DirectoryLocks {
     }
 }
 
-/// A symbolic link to a terminal, removed on drop unless it is somebody else's by then.
+/// A symbolic link to a terminal, removed on drop unless another process has replaced it.
 #[derive(Debug)]
 pub(super) struct Link {
     path: PathBuf,
@@ -46,7 +46,7 @@ pub(super) struct Link {
 }
 
 impl Link {
-    /// Puts a link in place of whatever link an ended daemon left there.
+    /// Creates a link, replacing one that an ended process left there.
     pub(super) fn create(port: Port, path: &Path, target: &Path) -> Result<Link, SerialError> {
         if fs::symlink_metadata(path).is_ok_and(|found| !found.is_symlink()) {
             let path = path.to_path_buf();

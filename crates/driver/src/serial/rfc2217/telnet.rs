@@ -1,7 +1,7 @@
 //! The Telnet stream (RFC 854): splits it into data, negotiations and subnegotiations, independent of how the stream is
 //! cut, and encodes them. Which options are accepted is decided in [`super`].
 
-/// "Interpret as command": begins every command, and stands twice for itself.
+/// "Interpret as command": begins every command; doubled, it is a data byte.
 pub const IAC: u8 = 255;
 /// The sender asks the receiver to use an option.
 pub const DO: u8 = 253;
