@@ -1,4 +1,4 @@
-//! Actions: what the control interface, a scenario or a test does to the controller itself.
+//! Actions of the control interface, a scenario or a test on the controller itself.
 //!
 //! An action that has no effect is answered by an [`ActionError`]. `crate::input` lists everything else that can happen;
 //! `controller::owner` passes each action to the part that does it.
@@ -11,16 +11,16 @@ use crate::prelude::*;
 use core::time::Duration;
 use ts3100_proto::command::Number;
 
-/// Something done to the controller by one who holds it.
+/// An action of the owner of a controller.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Action {
-    /// Something at the panel; what has no effect there is refused here.
+    /// An operation at the panel; one without effect is refused here.
     Panel(PanelAction),
     /// Power off: nothing answers until it comes on again.
     PowerOff,
     /// Power on.
     PowerOn,
-    /// An alarm of the table is raised, with all that its level brings about.
+    /// Raises an alarm of the table, with all consequences of its level.
     RaiseAlarm {
         /// `level-code`, for example `2-046`.
         number: String,
@@ -54,7 +54,7 @@ pub enum Action {
         /// The state.
         on: bool,
     },
-    /// A forced line shows again what drives it.
+    /// A forced line shows its driver again.
     Release {
         /// Input or output.
         side: IoKind,
@@ -72,28 +72,20 @@ pub enum Action {
     },
     /// A position of GLOBAL or DATA becomes the present one.
     Teach {
-        /// Its name.
         name: String,
         /// It is written into the file of the RAM drive too.
         restore: bool,
     },
     /// A file is put on the RAM drive, whole.
     PutFile {
-        /// Its name.
         name: String,
         /// Its content without EOF.
         content: Vec<u8>,
     },
     /// A file is erased, as ER does.
-    EraseFile {
-        /// Its name.
-        name: String,
-    },
+    EraseFile { name: String },
     /// A file is selected, as SL does.
-    Select {
-        /// Its name.
-        name: String,
-    },
+    Select { name: String },
     /// The program stops before these lines of the selected file, and before no others.
     Breakpoints(Vec<u32>),
     /// The program runs until it comes to this line, from 1.
@@ -107,12 +99,12 @@ pub enum Action {
 pub enum Accepted {
     /// It has had its effect.
     Done,
-    /// A file it changes is to be persisted first ([`Output::Persist`](crate::Output::Persist)).
+    /// A file that it changes has to be persisted first ([`Output::Persist`](crate::Output::Persist)).
     Pending,
 }
 
 impl Action {
-    /// Whether it has no effect while the power is off: what acts from outside works without.
+    /// Whether it has no effect while the power is off. Actions from outside work without power.
     pub(crate) fn needs_power(&self) -> bool {
         if let Action::Panel(panel) = self {
             return panel.needs_power();

@@ -1,5 +1,5 @@
-//! The text form of actions, in the words of `ts3100 ctl`: after `!` in a text transcript, in JSON lines, in scenarios and in
-//! the log of what a scenario does.
+//! The text form of actions, in the words of `ts3100 ctl`: after `!` in a text transcript, in JSON lines, in scenarios
+//! and in the log of a scenario.
 //!
 //! What `Display` writes, `FromStr` reads back as the same action. It checks words only, not whether there is such a line
 //! or file.
@@ -19,7 +19,7 @@ use ts3100_proto::command::Number;
 use ts3100_proto::escape::{self, EscapeError, Escaped};
 use ts3100_proto::words::{UnexpectedWord, Word};
 
-/// The forms of the actions that are no row of the table of controls.
+/// The forms of the actions without a row in the table of controls.
 const OTHER_FORMS: [&str; 24] = [
     "jog AXIS plus|minus joint|tool|work|world slow|mid|fast [inching]",
     "program run-to LINE",

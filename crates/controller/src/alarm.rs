@@ -95,11 +95,11 @@ alarms! {
         "A line, an arc or an arch leads through a posture in which an axis would have to jump.",
         "Use MOVE, or choose a path around the posture.";
     AXIS_FREE = L4 104 Ours "Axis without servo gain", "A motion needs an axis whose GAIN or TORQUE is 0.",
-        "Give the axis its gain and torque back, or move without it.";
+        "Set GAIN and TORQUE of the axis again, or move without it.";
     DIVISION_BY_ZERO = L2 101 Ours "Division by zero", "A divisor was zero.", "Check the value before dividing.";
     UNDEFINED_VARIABLE = L2 102 Ours "Undefined variable",
         "A variable was read before it got a value.", "Give it a value at the beginning of the program.";
-    TYPE_MISMATCH = L2 103 Ours "Type mismatch", "A value has another type than is needed.",
+    TYPE_MISMATCH = L2 103 Ours "Type mismatch", "A value has the wrong type.",
         "Correct the expression.";
     OUT_OF_RANGE = L2 104 Ours "Value out of range", "A value is outside the range of the statement.",
         "Correct the value.";
@@ -147,7 +147,7 @@ alarms! {
         "Check the mains supply, then reset the alarm.";
     PARAMETER_8 = L8 15 Known "Parameter error", "A parameter is wrong.",
         "Correct the parameter and turn the power off and on.";
-    SERVO_TYPE = L8 16 Known "Servo Type error", "The settings of the servo amplifier do not fit.",
+    SERVO_TYPE = L8 16 Known "Servo Type error", "The settings of the servo amplifier do not match the robot.",
         "Correct the settings of the servo amplifier.";
     SERVO_CPU = L8 18 Known "Servo CPU error", "The servo processor failed.",
         "Turn the power off and on. If it comes again, have the controller repaired.";
@@ -235,7 +235,7 @@ impl AlarmCode {
     pub fn expected_number(found: &str) -> String {
         match AlarmCode::replacement(found) {
             Some(new) => format!("{new}, which replaces {found}"),
-            None => String::from("the number of an alarm the controller has, such as 2-046"),
+            None => String::from("the number of an alarm of the controller, for example 2-046"),
         }
     }
 

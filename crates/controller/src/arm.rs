@@ -74,7 +74,7 @@ impl ActiveMotion {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Frames {
-    /// BASE: where the robot stands in the world.
+    /// BASE: the place of the robot in the world.
     pub base: Frame,
     /// WORK: the workpiece, in BASE.
     pub work: Frame,
@@ -98,7 +98,6 @@ impl Frames {
     }
 }
 
-/// The arm.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Arm {
@@ -203,7 +202,7 @@ impl Arm {
         fits(
             self.wear.is_valid(now),
             "arm.wear",
-            "numbers that no motion leads to",
+            "numbers that a motion can reach",
         )?;
         let motions = [
             ("arm.active", &self.active),
@@ -214,7 +213,7 @@ impl Arm {
             let later = active.start > now && active.locked;
             fits(!later, place, "a motion that begins later, of a locked machine")?;
             let valid = active.motion.is_valid(&self.model);
-            fits(valid, place, "a motion whose times or places are no numbers")?;
+            fits(valid, place, "a motion with finite times and places")?;
             posture(place, &active.motion.joints_at(now.since(active.start)))?;
             posture(place, &active.motion.end())?;
         }
@@ -487,7 +486,7 @@ impl Arm {
         self.change_motion(now, |active, at| active.motion.hold(at));
     }
 
-    /// Feed hold released: the motion goes on.
+    /// Feed hold released: the motion continues.
     pub fn resume(&mut self, now: Time) {
         self.change_motion(now, |active, at| active.motion.resume(at));
     }

@@ -1,6 +1,6 @@
-//! Command coverage: which cells of the permission tables a host has reached, by command, master mode and verdict.
+//! Command coverage: the cells of the permission tables that a host has reached, by command, master mode and verdict.
 //!
-//! [`reachable`] derives from the tables what a host can reach. The emulator writes the reports.
+//! [`reachable`] derives the reachable cells from the tables. The emulator writes the reports.
 
 use crate::options::Config;
 use crate::output::{Event, Verdict};
@@ -10,7 +10,7 @@ use alloc::collections::{BTreeMap, BTreeSet};
 use ts3100_proto::permission::{EXTENSION_ROWS, Permission, ROWS};
 use ts3100_proto::status::MasterMode;
 
-/// A command in a master mode on a port, and what came of it.
+/// A command in a master mode on a port, and its outcome.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub struct PermissionCell {
     /// HOST or IP0.
@@ -91,7 +91,7 @@ impl CommandCoverage {
         self.ports.iter().copied().collect()
     }
 
-    /// Adds what another run has reached.
+    /// Adds the cells of another run.
     pub fn add(&mut self, other: CommandCoverage) {
         for (cell, count) in other.reached {
             self.reach(cell, count);

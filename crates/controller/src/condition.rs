@@ -1,5 +1,5 @@
-//! Conditions: what may happen to the robot, as scenarios, waits of the control interface and tests name it, and when it has
-//! happened.
+//! Conditions: events and states of the robot that scenarios, waits of the control interface and tests can name, and
+//! their detection.
 //!
 //! Their words are read and written by `condition_text`. Whoever observes a controller shows a [`ConditionWatch`] every
 //! input and output in order; a caller that waits asks [`Condition::holds`] besides.
@@ -72,7 +72,7 @@ pub enum Condition {
 }
 
 impl Condition {
-    /// Whether the state that the condition is about holds now; `None` for what happens and is over.
+    /// Whether the state that the condition is about holds now; `None` for a momentary event.
     pub fn holds(&self, controller: &Controller) -> Option<bool> {
         Some(match self {
             Condition::Command(_)
@@ -107,13 +107,13 @@ impl Condition {
     }
 }
 
-/// A condition and what has been observed for it.
+/// A condition and its observations.
 #[derive(Debug, Clone)]
 pub struct ConditionWatch {
     condition: Condition,
     /// Whether the state held at the last observation.
     held: bool,
-    /// The end of what was printed or received: too short for the text, but it may be the beginning of it.
+    /// The end of the printed or received bytes: too short for the text, but maybe its beginning.
     tail: Vec<u8>,
 }
 
@@ -127,7 +127,6 @@ impl ConditionWatch {
         }
     }
 
-    /// The condition.
     pub fn condition(&self) -> &Condition {
         &self.condition
     }
@@ -197,7 +196,7 @@ fn is_event(condition: &Condition, event: &Event) -> bool {
     }
 }
 
-/// Whether what came before and these bytes contain the text. Bytes of one occurrence do not count for the next.
+/// Whether the earlier bytes and these contain the text. Bytes of one occurrence do not count for the next.
 fn continues_to(tail: &mut Vec<u8>, bytes: &[u8], text: &[u8]) -> bool {
     tail.extend_from_slice(bytes);
     let found = tail.windows(text.len().max(1)).any(|window| window == text);

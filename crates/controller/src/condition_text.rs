@@ -1,7 +1,7 @@
 //! The text form of conditions, the same in scenarios, `ts3100 ctl` and the control interface.
 //!
-//! What `Display` writes, `FromStr` reads back as the same condition. Values that cannot occur (a line that the controller
-//! does not have, an unknown alarm or rule) are errors: nobody should wait for them.
+//! What `Display` writes, `FromStr` reads back as the same condition. Values that cannot occur (a line that the
+//! controller does not have, an unknown alarm or rule) are errors, because a wait for them would never end.
 
 use crate::action::IoKind;
 use crate::alarm::AlarmCode;
@@ -26,11 +26,11 @@ pub struct ConditionForm {
     pub example: &'static str,
     /// When it happens.
     pub happens: &'static str,
-    /// Whether it is a state, for which a wait is over at once if it holds already.
+    /// Whether it is a state; a wait for a state that already holds ends immediately.
     pub is_state: bool,
 }
 
-/// Something that happens and is over.
+/// A momentary event.
 const fn event(form: &'static str, example: &'static str) -> ConditionForm {
     ConditionForm {
         form,
@@ -59,7 +59,7 @@ pub const CONDITION_FORMS: [ConditionForm; 20] = [
     event("answer TEXT", "answer NG").when("the robot sends a text that begins with TEXT"),
     event("refused COMMAND", "refused RN").when("a command with these letters gets NG"),
     event("printed [CHANNEL] TEXT", "printed IP1 DONE<CR>").when(
-        "a program prints TEXT, also by several PRINTs; without CHANNEL, or with TP: on the teach pendant",
+        "a program prints TEXT, also with several PRINTs; without CHANNEL, or with TP: on the teach pendant",
     ),
     event("received CHANNEL TEXT", "received IP1 4<CR>").when("a peer sends TEXT, also in several parts"),
     state("connected PORT", "connected IP0").when("a peer connects"),
@@ -74,7 +74,7 @@ pub const CONDITION_FORMS: [ConditionForm; 20] = [
     event("stored NAME", "stored PICK").when("a file is stored on the RAM drive"),
     event("erased NAME", "erased PICK").when("a file is erased"),
     event("finding RULE", "finding no-cr")
-        .when("a host breaks a [rule](findings.md); not if a fault has caused it"),
+        .when("a host breaks a [rule](findings.md); findings that a fault caused do not count"),
     state("input LINE on|off", "input 5 on").when("an input goes on or off"),
     state("output LINE on|off", "output 264 off").when("an output goes on or off"),
     event("line N", "line 12").when("the statement in line N of the selected file begins"),
@@ -90,18 +90,16 @@ pub enum ConditionParseError {
     /// No condition begins so.
     #[error("unknown condition `{words}`{hint}")]
     Unknown {
-        /// The words.
         words: String,
         /// A name that may be meant, as the end of the message; may be empty.
         hint: String,
     },
-    /// A condition that goes on in a way that it cannot.
+    /// A known condition with wrong words after it.
     #[error("cannot read the condition `{words}`: {reason}{remedy}")]
     Form {
-        /// The words.
         words: String,
         reason: String,
-        /// How conditions that begin so go on, as the end of the message.
+        /// The forms of conditions with this beginning, as the end of the message.
         remedy: String,
     },
 }

@@ -1,5 +1,5 @@
-//! What every part of a controller works with, the ports as well as the robot: the configuration, the present moment, what
-//! is to be done outside, and the faults that findings are put down to.
+//! The context of every part of a controller, of the ports as well as of the robot: the configuration, the present
+//! moment, the outputs, and the faults that excuse findings.
 
 pub(crate) mod checks;
 

@@ -1,5 +1,6 @@
-//! The controller value: one input, its effects, and the deadlines. It alone sees the ports ([`Endpoints`]) and the robot
-//! ([`Robot`]) together: it owns time, hands each input to the part it is for, and carries what comes of it to the other.
+//! The controller value: one input, its effects, and the deadlines. It alone sees the ports ([`Endpoints`]) and the
+//! robot ([`Robot`]) together: it owns time, hands each input to the part it is for, and carries the result to the
+//! other.
 
 mod commands;
 mod owner;
@@ -54,7 +55,7 @@ impl Controller {
         Ok(controller)
     }
 
-    /// This controller, whose error history (EU) goes on from before the power came on: newest first.
+    /// This controller with an error history (EU) from before the power came on: newest first.
     #[must_use]
     pub fn remembering(mut self, history: impl IntoIterator<Item = Alarm>) -> Controller {
         self.robot.alarms.append_history(history);
@@ -140,7 +141,7 @@ impl Controller {
         self.due
     }
 
-    /// Handles one input and drains what comes of it. The refusal of an action is among the events
+    /// Handles one input and drains its results. The refusal of an action is among the events
     /// ([`Event::ActionRefused`](crate::Event::ActionRefused)).
     pub fn feed(&mut self, now: Time, input: Input) -> Vec<Output> {
         let _among_the_events = self.handle(now, input);
@@ -176,7 +177,8 @@ impl Controller {
         self.robot.persistence.set_outside(outside);
     }
 
-    /// Goes on after the answer about a change: makes or drops it, then serves the texts and the input that waited behind it.
+    /// Continues after the answer about a change: makes or drops it, then serves the texts and the input that waited
+    /// for it.
     fn persisted(&mut self, answer: Result<(), PersistError>) -> Result<Accepted, ActionError> {
         let Some(waiting) = self.robot.persistence.take_waiting() else {
             return Ok(Accepted::Done);

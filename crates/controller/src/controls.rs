@@ -4,8 +4,8 @@
 //! entry of the OpenAPI document, the command of `ts3100 ctl`, the method of the embedding API, the tool of assistants, the
 //! reference page and `controls.json`. To add a switch, write a row, and the method of `Robot` that carries it out.
 //!
-//! What is read or done in another way (lines, variables, files, faults, the clock) is no row: a line is one of many, a file has a
-//! content, and the clock is no part of the controller. Each of them has a resource of its own in the control interface.
+//! Lines, variables, files, faults and the clock have no row: a line is one of many, a file has a content, and the
+//! clock is not part of the controller. Each of them has a resource of its own in the control interface.
 
 use crate::panel::JogMode;
 use crate::prelude::*;
@@ -200,7 +200,7 @@ macro_rules! controls {
                     needs_power: true,
                     cannot: ("alarms", "reset the alarms"),
                 }
-                /// Let the key go
+                /// Release the key
                 ///
                 /// The arm slows and rests.
                 stop_jog: JogStop = "/jog/stop" {
@@ -329,7 +329,7 @@ macro_rules! controls {
 /// A switch, as data.
 #[derive(Debug)]
 pub struct Switch {
-    /// What the names of its operations end with: `key_switch` of `get_key_switch` and `put_key_switch`.
+    /// End of the names of its operations: `key_switch` of `get_key_switch` and `put_key_switch`.
     pub operation: &'static str,
     /// The HTTP path, which is the name after a slash: `/key-switch`.
     pub path: &'static str,
@@ -341,7 +341,7 @@ pub struct Switch {
     pub value: ValueType,
     /// Whether it has no effect while the power is off.
     pub needs_power: bool,
-    /// What a change does: a summary, an empty line, and more.
+    /// Description of a change: a summary, an empty line, and more.
     pub doc: &'static [&'static str],
 }
 
@@ -356,7 +356,7 @@ pub struct Button {
     pub form: &'static str,
     /// Whether it has no effect while the power is off.
     pub needs_power: bool,
-    /// What it does: a summary, an empty line, and more.
+    /// Description: a summary, an empty line, and more.
     pub doc: &'static [&'static str],
 }
 
@@ -385,12 +385,11 @@ pub enum ValueType {
 }
 
 impl Switch {
-    /// The name.
     pub fn name(&self) -> &'static str {
         name_in(self.form)
     }
 
-    /// The words of its values; of a number what stands for it.
+    /// The words of its values; of a number its placeholder.
     pub fn words(&self) -> impl DoubleEndedIterator<Item = &'static str> + Clone {
         words(self.form)
     }
@@ -545,7 +544,6 @@ macro_rules! panel_actions {
             PowerCycle,
         }
 
-        /// The switches.
         pub const SWITCHES: &[Switch] = &[$( Switch {
             operation: stringify!($name),
             path: $path,
@@ -556,7 +554,6 @@ macro_rules! panel_actions {
             doc: &[$($doc),*],
         } ),*];
 
-        /// The buttons.
         pub const BUTTONS: &[Button] = &[$( Button {
             operation: stringify!($press_name),
             path: $press_path,
@@ -599,7 +596,7 @@ macro_rules! panel_actions {
                 }
             }
 
-            /// The place of its refusal, and what it cannot do then.
+            /// The place of its refusal, and the verb phrase after "cannot".
             pub(crate) fn purpose(&self) -> (&'static str, String) {
                 let form = self.to_string();
                 let (_, word) = form.split_once(' ').unwrap_or_default();

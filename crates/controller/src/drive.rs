@@ -16,7 +16,7 @@ use ts3100_proto::status::ca::DirectoryEntry;
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum PersistError {
     /// Another input came instead of the answer.
-    #[error("no answer came before the next input")]
+    #[error("the store did not answer before the next input")]
     NoAnswer,
     /// Its own reason.
     #[error("{0}")]
@@ -32,15 +32,15 @@ pub enum DriveError {
     /// The content breaks the rules for a user file.
     #[error("file {name}: {fault}")]
     Content {
-        /// The file.
+        /// Name of the file.
         name: String,
         /// The rule that is broken, and where.
         fault: FileError,
     },
     /// The file is larger than the directory can show (RAM-03).
-    #[error("file {name} has {size} bytes; at most {MAX_FILE} are possible")]
+    #[error("file {name} has {size} bytes; at most {MAX_FILE} are allowed")]
     TooLarge {
-        /// The file.
+        /// Name of the file.
         name: String,
         /// Its size in bytes.
         size: usize,
@@ -48,7 +48,7 @@ pub enum DriveError {
     /// The drive has too little room.
     #[error("file {name}: {size} bytes found, {free} free on the RAM drive")]
     Full {
-        /// The file.
+        /// Name of the file.
         name: String,
         /// Its size in bytes.
         size: usize,
@@ -58,7 +58,7 @@ pub enum DriveError {
     /// The embedding program could not persist the file, so it is not stored here either.
     #[error("file {name}: {reason}")]
     NotPersisted {
-        /// The file.
+        /// Name of the file.
         name: String,
         /// Reason given by the embedding program.
         reason: PersistError,
@@ -66,7 +66,7 @@ pub enum DriveError {
     /// The drive holds the maximum number of files already.
     #[error("file {name}: the RAM drive holds at most {MAX_FILES} files")]
     TooMany {
-        /// The file.
+        /// Name of the file.
         name: String,
     },
 }
@@ -103,7 +103,6 @@ pub(crate) struct Staged {
 }
 
 impl Staged {
-    /// The file.
     pub(crate) fn name(&self) -> &FileName {
         &self.name
     }

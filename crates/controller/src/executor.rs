@@ -43,7 +43,7 @@ pub struct Stopwatch {
 }
 
 impl Stopwatch {
-    /// Set to so many seconds at `now`.
+    /// Set to this many seconds at `now`.
     pub(crate) fn new(seconds: f64, now: Time) -> Stopwatch {
         Stopwatch { set_at: now, seconds }
     }
@@ -86,7 +86,7 @@ pub struct Executor {
     breakpoints: Breakpoints,
     /// DO statements that have ended or were cut short since power-on, modulo 10 (SM field DC, hosts 8.1).
     direct_ended: u8,
-    /// Until then SF, SU and SM show RUN for a DO statement that is over or has failed already (hosts 8.10). Nothing is
+    /// Until then SF, SU and SM show RUN for a DO statement that has ended or failed already (hosts 8.10). Nothing is
     /// refused for it.
     run_shown_until: Option<Time>,
     /// The program of DO while no file is selected.
@@ -132,7 +132,7 @@ impl Executor {
         self.operation.state()
     }
 
-    /// Automatic operation starts or goes on, from the lines at which the tasks stand.
+    /// Starts or continues automatic operation, from the current lines of the tasks.
     pub(crate) fn start(&mut self) {
         self.leave_breakpoints();
         self.operation.start();
@@ -144,7 +144,7 @@ impl Executor {
         self.operation.request_stop(by);
     }
 
-    /// Automatic operation has come to a stand; a motion that is not kept for retry is over for its statement.
+    /// Automatic operation has stopped; a motion that is not kept for retry has ended for its statement.
     pub(crate) fn stop(&mut self, place: Standstill, keeps_motion: bool) {
         self.stand(place);
         self.drop_target();
@@ -165,7 +165,7 @@ impl Executor {
         self.run_shown_until.take_if(|until| *until <= now).is_some()
     }
 
-    /// Shows RUN for a DO statement that is over, until then (hosts 8.10).
+    /// Shows RUN for a DO statement that has ended, until then (hosts 8.10).
     pub(crate) fn show_run(&mut self, until: Time, now: Time) {
         self.run_shown_until = Some(until).filter(|until| *until > now);
     }
@@ -225,7 +225,7 @@ impl Executor {
         self.operation.is_running()
     }
 
-    /// Whether a program or a DO is under way, which decides what is permitted (D7).
+    /// Whether a program or a DO is under way; the permissions depend on it (D7).
     pub(crate) fn is_running(&self) -> bool {
         self.program_runs() || self.direct.is_some()
     }
@@ -268,12 +268,12 @@ impl Executor {
         self.paused && (arm.is_held() || parts.any(|task| *task.state() != TaskState::Ready))
     }
 
-    /// Whether the program stands at its first step.
+    /// Whether the program is at its first step.
     pub(crate) fn is_reset(&self) -> bool {
         self.operation.state() == RunState::Reset
     }
 
-    /// The program stands at this place from now on, whether it ran or not.
+    /// Stops the program at this place, whether it ran or not.
     pub(crate) fn stand(&mut self, place: Standstill) {
         self.operation.stand(place);
         self.run_shown_until = None;
@@ -294,7 +294,7 @@ impl Executor {
         self.rewind(now);
     }
 
-    /// The main program, its tasks, and the statement of DO, as they are shown.
+    /// The main program, its tasks, and the statement of DO, for display.
     pub(crate) fn task_views(&self) -> Vec<TaskView> {
         let program = self.program_tasks().map(|task| task.view(self.program_runs()));
         let direct = self.direct.iter().map(|direct| direct.task.view(true));
@@ -306,7 +306,7 @@ impl Executor {
         &self.breakpoints
     }
 
-    /// File line at which the program stands; 0 when no file is selected (SF-24).
+    /// Current file line of the program; 0 when no file is selected (SF-24).
     pub(crate) fn line(&self) -> u32 {
         self.main.as_ref().map_or(0, Task::line)
     }
@@ -340,7 +340,7 @@ impl Executor {
         places.filter_map(move |at| ids.get(at).copied())
     }
 
-    /// Takes a task out, to work with it. Until it is put back it is missing in `program_tasks()` and in every count.
+    /// Takes a task out, to work with it. Until it is returned it is missing in `program_tasks()` and in every count.
     pub(crate) fn take_task(&mut self, id: u16) -> Option<Task> {
         if id == MAIN_TASK {
             self.main.take()
@@ -378,8 +378,8 @@ impl Executor {
         }
     }
 
-    /// Stops every task inside its step, which will be done again, and returns where the program stands. With `keeps_motion`
-    /// a statement goes on waiting for its motion, which can be taken up again.
+    /// Stops every task inside its step, which will be repeated, and returns the place of the program. With
+    /// `keeps_motion` a statement continues to wait for its motion, which can be resumed.
     pub(crate) fn abort_steps(&mut self, keeps_motion: bool) -> Standstill {
         let mut place = Standstill::InsideStep;
         for id in self.order() {
@@ -433,7 +433,7 @@ impl Executor {
         parts.filter_map(|task| task.state().channel())
     }
 
-    /// When a task or the statement of DO can go on by itself.
+    /// The time at which a task or the statement of DO can continue without an event.
     pub(crate) fn deadline(&self, arm: &Arm, now: Time) -> Option<Time> {
         let stopping = matches!(self.operation.state(), RunState::Running { stop: Some(_) });
         let tasks = self.program_tasks().filter(|_| self.program_runs());

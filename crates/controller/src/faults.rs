@@ -1,4 +1,4 @@
-//! Fault injection: which faults are armed, when one fires, and what has happened.
+//! Fault injection: the armed faults, their firing, and their outcome.
 //!
 //! Each kind of fault is a file in `kinds`, after the description in `kind`. `spec` parses and writes faults, and
 //! `reachability` rejects one that can never fire. `causes` says which findings a fault causes, and `effects` remembers what
@@ -83,7 +83,7 @@ pub enum FaultAction {
     Clear,
 }
 
-/// A fault and what has happened since it was armed.
+/// A fault and its outcome since it was armed.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct FaultReport {
@@ -100,14 +100,14 @@ pub struct FaultReport {
 }
 
 impl FaultReport {
-    /// One line for people: the fault and what has happened.
+    /// One line for people: the fault and its outcome.
     pub fn summary(&self) -> String {
         let FaultReport {
             fault, seen, fired, ..
         } = self;
         let outcome = match (fired, self.at.first()) {
-            (0, _) if *seen == 0 => "never fired: it saw no occasion".into(),
-            (0, _) => format!("never fired: {seen} occasions passed (after, probability)"),
+            (0, _) if *seen == 0 => "never fired: no occasion occurred".into(),
+            (0, _) => format!("never fired: skipped {seen} occasions (after, probability)"),
             (_, first) => {
                 let millis = first.copied().unwrap_or_default().as_micros() / 1_000;
                 let (seconds, millis) = (millis / 1_000, millis % 1_000);
@@ -118,7 +118,7 @@ impl FaultReport {
     }
 }
 
-/// The faults of a controller, and the state they leave behind.
+/// The faults of a controller and the state that they leave.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Faults {
@@ -169,7 +169,7 @@ impl Faults {
         self.reports.is_empty()
     }
 
-    /// Whether no fault can change what passes a port.
+    /// Whether no fault can change the bytes of a port.
     pub(crate) fn are_quiet(&self) -> bool {
         self.reports.is_empty() && self.stalled.is_empty()
     }
@@ -193,7 +193,7 @@ impl Faults {
         self.stalled.insert(port);
     }
 
-    /// Forgets what applied to the previous peer, when a peer connects or leaves.
+    /// Drops the state of the previous peer, when a peer connects or leaves.
     pub(crate) fn forget_peer(&mut self, port: Port) {
         self.stalled.remove(&port);
         self.records.remove(&port);

@@ -1,8 +1,8 @@
 //! Findings: protocol mistakes of hosts. A finding never changes an answer.
 //!
-//! The rules are one table, [`RULES`]; the files `checks` of context, ports and robot compare what a host does with them.
-//! One that a fault has caused names the fault ([`crate::faults::CAUSES`]); it is a note, and no mistake of the host.
-//! `findings` counts them.
+//! The rules are one table, [`RULES`]; the files `checks` of context, ports and robot compare the behaviour of a host
+//! with them. One that a fault has caused names the fault ([`crate::faults::CAUSES`]); it is a note, and no mistake of
+//! the host. `findings` counts them.
 
 mod history;
 mod message;

@@ -19,58 +19,37 @@ pub enum Input {
     Tick,
     /// A peer is on the line of this port. Serial lines are connected while the port is open.
     Connected {
-        /// The port.
         port: Port,
         /// The peer's address, for logs and the Ethernet display.
         peer: String,
     },
     /// Bytes from the peer, cut anywhere.
-    Received {
-        /// The port.
-        port: Port,
-        /// The bytes.
-        bytes: Bytes,
-    },
+    Received { port: Port, bytes: Bytes },
     /// How the host has opened its end of a serial line, as far as the edge can tell; before the bytes it holds
     /// for. Nothing on the Ethernet channels. A new peer starts with nothing known.
-    SerialOpened {
-        /// The port.
-        port: Port,
-        host: HostEnd,
-    },
-    /// The host has its port forget what is not on the line yet.
-    SerialPurged {
-        /// The port.
-        port: Port,
-    },
+    SerialOpened { port: Port, host: HostEnd },
+    /// The host purges bytes that are not on the line yet.
+    SerialPurged { port: Port },
     /// Characters with a parity or framing error that the line itself brought: a real port has found them, or the
     /// host holds the line low (break, a character of zeros).
     SerialErrors {
-        /// The port.
         port: Port,
         /// The bytes as received.
         bytes: Vec<u8>,
     },
     /// The peer is gone.
-    Disconnected {
-        /// The port.
-        port: Port,
-    },
-    /// A second peer came to a port that has one (D3); told before anything comes of it.
+    Disconnected { port: Port },
+    /// A second peer came to a port that has one (D3); reported before anything else happens.
     SecondPeer {
-        /// The port.
         port: Port,
         /// The newcomer's address.
         peer: String,
         /// The newcomer takes the place of the first; otherwise it was turned away.
         kept: bool,
     },
-    /// The peer has left so much unread that its connection is about to be closed.
-    Backlogged {
-        /// The port.
-        port: Port,
-    },
-    /// Wires that join robots go on changing each other at one moment; told one of the robots, once.
+    /// The peer does not read, and its connection is about to be closed.
+    Backlogged { port: Port },
+    /// Wires between robots keep changing each other at one moment; reported to one of the robots, once.
     WireLoop {
         /// The wires by name.
         wires: String,
@@ -85,7 +64,7 @@ pub enum Input {
 /// Who does an action: it decides who learns that the action was refused.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum By {
-    /// A person at the panel or the teach pendant, or what drives a line: nobody waits for an answer, so a refusal is a
+    /// A person at the panel or the teach pendant, or a device on a line: no answer is awaited, so a refusal is a
     /// finding.
     Hand,
     /// The owner of the controller: a refusal is the result of [`Controller::handle`](crate::Controller::handle), and an

@@ -1,7 +1,7 @@
 //! The maintenance information (MN, S29).
 //!
-//! [`MaintenanceCounters`] counts how long the controller was in each state; `arm` counts what the axes do. Both survive
-//! a power cycle.
+//! [`MaintenanceCounters`] counts how long the controller was in each state; `arm` counts the work of the axes. Both
+//! survive a power cycle.
 
 use crate::arm::Wear;
 use crate::model::Joints;

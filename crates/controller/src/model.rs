@@ -20,7 +20,7 @@ pub const AXES: usize = 8;
 /// One value per axis, axis 1 first: degrees, mm for axis 3 of a SCARA arm; axes the model has not are 0.
 pub type Joints = [f64; AXES];
 
-/// One arm: its geometry and what it is capable of at 100 %.
+/// One arm: its geometry and its limits at 100 %.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct ArmModel {

@@ -111,9 +111,8 @@ pub enum MotionError {
         reason: Unreachable,
     },
     /// The path runs through a singular posture: an axis would have to jump. `axis` counts from 1.
-    #[error("at {percent:.0} % of the path: {posture}, axis {axis} would have to jump {jump:.1} degrees")]
+    #[error("at {percent:.0} % of the path: {posture}; axis {axis} would have to jump by {jump:.1} degrees")]
     Singular {
-        /// Which one.
         posture: Singularity,
         /// Part of the path before the point, 0 to 100.
         percent: f64,
@@ -123,7 +122,7 @@ pub enum MotionError {
         jump: f64,
     },
     /// A line or an arc cannot end in this configuration; `place` of the digit counts from 1.
-    #[error("configuration digit {place}: expected {reached}, which the path leads to, found {wanted}")]
+    #[error("configuration digit {place}: expected {reached} (the path leads there), found {wanted}")]
     Configuration {
         /// Place of the digit.
         place: usize,
@@ -146,12 +145,12 @@ pub enum MotionError {
         max: f64,
     },
     /// An axis that has to move is free: its servo gain or its torque is 0. `axis` counts from 1.
-    #[error("axis {axis}: expected servo gain and torque, found none, and it has to move")]
+    #[error("axis {axis} has to move: expected servo gain and torque, found none")]
     Free {
         /// Number of the axis.
         axis: usize,
     },
-    /// The axis, which is to be jogged, stands at its limit; it counts from 1.
+    /// The axis to be jogged is at its limit; axes count from 1.
     #[error("axis {axis} is at its limit in that direction")]
     AtLimit {
         /// Number of the axis.

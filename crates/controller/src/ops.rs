@@ -1,4 +1,4 @@
-//! What the host commands do: [`Robot::operate`] has one arm for each row of the table of commands
+//! Effects of the host commands: [`Robot::operate`] has one arm for each row of the table of commands
 //! (`ts3100_proto::command`).
 //!
 //! The methods of a group of commands are in a file of their own. Whether a command is served and valid is decided by the

@@ -25,7 +25,7 @@ const GUIDE_FREE: u8 = 2;
 /// A named preset of [`Options`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Dialect {
-    /// The manual, and what real host programs need besides.
+    /// The manual, and the further needs of real host programs.
     #[default]
     Field,
     /// The letter of the manual.
@@ -35,13 +35,13 @@ pub enum Dialect {
 /// How SF travels (option `sf.split`).
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub enum SfTexts {
-    /// One text, whatever its length; what the vendor's library reads.
+    /// One text of any length, as the vendor's library reads it.
     One,
     /// Texts of 253 data bytes at most, each acknowledged (SF-02).
     Several,
 }
 
-/// What PRINT and INPUT do on an Ethernet channel without a peer (option `channel.no_peer`).
+/// Behaviour of PRINT and INPUT on an Ethernet channel without a peer (option `channel.no_peer`).
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub enum NoPeer {
     /// Alarm 2-046, the program stops.
@@ -50,7 +50,7 @@ pub enum NoPeer {
     Silent,
 }
 
-/// What INPUT does with a datum that is no number (option `input.malformed`).
+/// Behaviour of INPUT at a value that is not a number (option `input.malformed`).
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Malformed {
     /// Alarm 2-046, the program stops.
@@ -59,7 +59,7 @@ pub enum Malformed {
     LeadingNumber,
 }
 
-/// Where a program goes on that was stopped by SP inside a WAIT (option `wait.after_stop`).
+/// The statement with which a program continues after SP stopped it inside a WAIT (option `wait.after_stop`).
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub enum WaitAfterStop {
     /// With the step after the WAIT, as after an INPUT (CMD-RN-02 to the letter).
@@ -100,7 +100,7 @@ impl From<UnsolicitedSp> for Option<bool> {
     }
 }
 
-/// What RS,CYC does without a selected file, or without the label RCYCLE (option `rs.cycle_without_label`, T19).
+/// Behaviour of RS,CYC without a selected file, or without the label RCYCLE (option `rs.cycle_without_label`, T19).
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub enum CycleWithoutLabel {
     /// The same as RS,STP, and OK.
@@ -109,7 +109,7 @@ pub enum CycleWithoutLabel {
     Ng,
 }
 
-/// What a new peer of an Ethernet channel does to an INPUT that waits there (option `channel.reconnect`, T25).
+/// Effect of a new peer of an Ethernet channel on an INPUT that waits there (option `channel.reconnect`, T25).
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Reconnect {
     /// The INPUT waits on.
@@ -118,7 +118,7 @@ pub enum Reconnect {
     Release,
 }
 
-/// What DIN does with a number that no input has (option `scol.din_unknown`).
+/// Behaviour of DIN with a number that no input has (option `scol.din_unknown`).
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub enum UnknownInput {
     /// The alarm that DOUT raises for such a number.
@@ -155,7 +155,7 @@ pub enum Strobe {
     Required,
 }
 
-/// What becomes of a character with a parity or framing error (option `serial.bad_character`).
+/// Treatment of a character with a parity or framing error (option `serial.bad_character`).
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub enum BadCharacter {
     /// It is dropped; the text around it lacks it.
@@ -164,7 +164,7 @@ pub enum BadCharacter {
     Keep,
 }
 
-/// What becomes of characters that come in on HOST while the robot sends (option `serial.while_sending`).
+/// Treatment of characters that arrive on HOST while the robot sends (option `serial.while_sending`).
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub enum WhileSending {
     /// They are lost: the port is half-duplex.
@@ -294,9 +294,7 @@ pub struct Config {
     pub options: Options,
     /// Which commands are valid when (tables 5.3 and 5.4).
     pub permissions: Permissions,
-    /// The controller.
     pub controller: ControllerType,
-    /// The arm.
     pub model: crate::model::ArmModel,
     /// Key switch when the power comes on.
     pub key: KeySwitch,
@@ -304,7 +302,7 @@ pub struct Config {
     pub control_right: ControlRight,
     /// Date and time at [`crate::time::Time::ZERO`], for the error history.
     pub calendar: CalendarTime,
-    /// Seed of what the faults draw.
+    /// Seed of the random choices of faults.
     pub fault_seed: u64,
     /// Seed of the legal variation; none: every text leaves at once, in one piece, in the usual order.
     pub vary: Option<u64>,

@@ -1,4 +1,4 @@
-//! The answer to a command before it is sent: what `ops` hands to the port.
+//! The answer to a command before it is sent, from `ops` to the port.
 
 use crate::persistence::Change;
 use crate::prelude::*;

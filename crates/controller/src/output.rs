@@ -17,7 +17,6 @@ use ts3100_proto::text::{Framing, Terminator};
 pub enum Output {
     /// Send these bytes in one write.
     Send {
-        /// The port.
         port: Port,
         /// The bytes, at most [`crate::limits::MAX_SEND`].
         bytes: Bytes,
@@ -42,23 +41,19 @@ pub enum Output {
         /// Its name, upper case.
         name: String,
     },
-    /// The power came on again: links are to be made anew by [`crate::Controller::network`].
+    /// The power came on again: reopen the links of [`crate::Controller::network`].
     PowerCycled,
     /// The connection of an Ethernet channel ends, on purpose. When it has ended the edge says so by
     /// [`Input::Disconnected`](crate::Input::Disconnected), as for any lost peer.
     Disconnect {
-        /// The port.
         port: Port,
-        /// How.
+        /// Reset or orderly close.
         how: DisconnectMode,
     },
     /// From now on nothing is read from the connection of an Ethernet channel and nothing written to it; it stays
     /// open until [`Output::Disconnect`].
-    Stall {
-        /// The port.
-        port: Port,
-    },
-    /// The power went off: every link is to be closed until [`Output::PowerCycled`].
+    Stall { port: Port },
+    /// The power went off: keep every link closed until [`Output::PowerCycled`].
     PowerOff,
     /// Text shown on the teach pendant by PRINT.
     Pendant(String),
@@ -69,9 +64,9 @@ pub enum Output {
 /// How a connection ends.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub enum DisconnectMode {
-    /// By a reset (RST): what is under way is lost.
+    /// By a reset (RST): bytes under way are lost.
     Reset,
-    /// In order (FIN): the peer reads what was sent, and then the end.
+    /// In order (FIN): the peer reads all sent bytes, then the end.
     Close,
 }
 
@@ -91,14 +86,13 @@ ts3100_proto::codes! {
     impl Word;
 }
 
-/// An event inside the controller, for logs, transcripts and findings. Its serde form is what the control interface
-/// publishes: the order of the variants' fields is that of the keys.
+/// An event inside the controller, for logs, transcripts and findings. The control interface publishes its serde form:
+/// the order of the fields is the order of the keys.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
 #[serde(tag = "event", rename_all = "kebab-case")]
 pub enum Event {
     /// A text came in whole.
     TextIn {
-        /// The port.
         port: Port,
         /// With or without STX.
         #[serde(skip)]
@@ -112,7 +106,6 @@ pub enum Event {
     },
     /// A text goes out.
     TextOut {
-        /// The port.
         port: Port,
         /// With or without STX.
         #[serde(skip)]
@@ -123,25 +116,21 @@ pub enum Event {
     },
     /// Bytes that belong to no text, or a text that was given up.
     Dropped {
-        /// The port.
         port: Port,
         /// How many bytes.
         bytes: usize,
-        /// Why.
         reason: &'static str,
     },
     /// A command was refused.
     Refused {
-        /// The port.
         port: Port,
-        /// The command's letters, or what stood in their place.
+        /// The letters of the command, or the characters in their place.
         command: String,
         /// Why, in words for the author of the host program.
         reason: String,
     },
     /// A command of the permission tables was answered.
     Answered {
-        /// The port.
         port: Port,
         /// Its row in the tables: the letters, `RS,ERR` for the reset of alarms.
         #[serde(rename = "command")]
@@ -149,7 +138,7 @@ pub enum Event {
         /// The master mode in which it came.
         #[serde(serialize_with = "event_form::word")]
         mode: MasterMode,
-        /// How.
+        /// Outcome of the command.
         #[serde(rename = "outcome", serialize_with = "event_form::word")]
         verdict: Verdict,
     },
@@ -157,7 +146,6 @@ pub enum Event {
     Finding(Finding),
     /// An alarm was raised.
     Alarm {
-        /// Its text.
         text: String,
         /// `level-code`, for example `2-046`.
         number: String,
@@ -172,7 +160,7 @@ pub enum Event {
         /// The new status.
         #[serde(serialize_with = "event_form::word")]
         status: ExecutionStatus,
-        /// Line of the selected file at which the program stands.
+        /// Current line of the selected file.
         line: u32,
     },
     /// A statement begins; told only after [`Controller::trace`](crate::Controller::trace).
@@ -202,7 +190,6 @@ pub enum Event {
         /// Its number.
         #[serde(rename = "number", serialize_with = "event_form::text")]
         id: u32,
-        /// Its kind.
         kind: &'static str,
     },
 }

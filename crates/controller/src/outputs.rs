@@ -1,9 +1,9 @@
-//! What is to be done outside, in order, until the owner of the controller takes it; every part's events go in here.
+//! Queue of outputs until the owner of the controller takes them; all parts put their events here.
 
 use crate::output::{Event, Output};
 use alloc::collections::VecDeque;
 
-/// The outputs that nobody has taken yet.
+/// The outputs that were not taken yet.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub(crate) struct Outputs {
     queue: VecDeque<Output>,

@@ -1,5 +1,5 @@
-//! The panel: power, servo power, key switch, modes and holds, as far as they are a state. [`PanelState`] is what one may
-//! read; `Panel` changes it.
+//! The panel: power, servo power, key switch, modes and holds, as far as they are a state. [`PanelState`] is readable;
+//! `Panel` changes it.
 //!
 //! What a change does to the arm and the program is in `ops::panel`.
 
@@ -276,7 +276,7 @@ impl Panel {
         &self.state
     }
 
-    /// What raises an alarm when it begins and when the power comes on: whether it lasts, and the alarm.
+    /// Conditions that raise an alarm when they begin and at power-on: whether each holds, and its alarm.
     pub(crate) fn alarm_causes(&self) -> [(bool, AlarmCode); 3] {
         [
             (self.state.emergency_stop, alarm::EMERGENCY_STOP),
@@ -412,7 +412,7 @@ impl Panel {
         }
     }
 
-    /// The watchdog, which is over, if its time has come.
+    /// Takes the watchdog if its time has expired.
     pub(crate) fn take_late_watchdog(&mut self, now: Time) -> Option<Watchdog> {
         self.state.watchdog.take_if(|watchdog| watchdog.deadline() <= now)
     }

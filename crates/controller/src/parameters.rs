@@ -75,8 +75,8 @@ impl Parameters {
         &self.strings
     }
 
-    /// What INPUT gets for a string that is no number, if \[U25\] has something for it. Letter case counts, and the first
-    /// row that fits (assumed, T13).
+    /// The value that INPUT gets for a string instead of a number, if \[U25\] defines one. Letter case counts, and the
+    /// first row that fits (assumed, T13).
     pub(crate) fn number_of(&self, string: &str) -> Option<u16> {
         match self.user.input_string {
             StringRule::Alarm => None,
@@ -88,10 +88,10 @@ impl Parameters {
         }
     }
 
-    /// What INPUT takes, for the message about a string that it does not take.
+    /// Accepted input of INPUT, for the message about another string.
     pub(crate) fn expected_by_input(&self) -> &'static str {
         match self.user.input_string {
-            StringRule::LookUp => "a number or a text of STRING.PAR",
+            StringRule::LookUp => "a number or a string of STRING.PAR",
             StringRule::Alarm | StringRule::Zero => "a number",
         }
     }

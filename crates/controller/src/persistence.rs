@@ -1,9 +1,10 @@
 //! Files that are stored outside too: a change of the RAM drive takes effect, and is answered, only after its owner has
 //! said that it is stored.
 //!
-//! Whoever changes a file checks everything that can be checked, and proposes the change with what is left to do. Where
-//! files are kept inside alone it is made at once; otherwise it waits here, the controller stands still at this instant,
-//! and the answer makes the change or drops it. Either way `then` is done once. The driver does the writing.
+//! The code that changes a file first checks everything that it can, then proposes the change with the work that is
+//! left. Where files are kept inside alone it is made at once; otherwise it waits here, the controller stands still at
+//! this instant, and the answer makes the change or drops it. Either way `then` is done once. The driver does the
+//! writing.
 
 use crate::asked_command::AskedCommand;
 use crate::drive::Staged;
@@ -14,11 +15,11 @@ use bytes::Bytes;
 use scol_mini::{Program, Value};
 use ts3100_proto::name::VariableName;
 
-/// A change of the drive that nothing speaks against, and what changes with it.
+/// A validated change of the drive, and its consequences.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Change {
     pub staged: Staged,
-    /// The selected file has other initial values: what runs of it goes on in this program.
+    /// The selected file has other initial values: its tasks continue in this program.
     pub program: Option<Arc<Program>>,
     /// The variable of MW, which counts only when the file is on the drive (CMD-MW-02).
     pub variable: Option<(VariableName, Value)>,
@@ -41,9 +42,9 @@ pub(crate) enum Then {
     AnswerDownload { port: Port, last: Bytes },
     /// Answer ER, or MW that writes into the file.
     AnswerCommand(Box<AskedCommand>),
-    /// Tell the owner what became of an action at this place.
+    /// Report the outcome of an action at this place to the owner.
     Resolve { place: String },
-    /// Go on after RESTORE: of DO, or of the program.
+    /// Continue after RESTORE: of DO, or of the program.
     Restored { direct: bool },
 }
 
@@ -62,7 +63,7 @@ pub(crate) struct Persistence {
 }
 
 impl Persistence {
-    /// Whether a change waits for its answer: nothing else goes on.
+    /// Whether a change waits for its answer; everything else is suspended.
     pub fn is_waiting(&self) -> bool {
         self.waiting.is_some()
     }
@@ -72,18 +73,18 @@ impl Persistence {
         self.outside
     }
 
-    /// Has a change wait for the answer of the one who stores it.
+    /// Suspends a change until the store has answered.
     pub fn wait(&mut self, waiting: Waiting) {
         debug_assert!(self.waiting.is_none(), "two changes at one instant");
         self.waiting = Some(Box::new(waiting));
     }
 
-    /// Whether each change is to be stored outside first.
+    /// Whether each change has to be stored outside first.
     pub fn set_outside(&mut self, outside: bool) {
         self.outside = outside;
     }
 
-    /// The answer has come for what waits.
+    /// Takes the waiting change, whose answer has come.
     pub fn take_waiting(&mut self) -> Option<Waiting> {
         self.waiting.take().map(|waiting| *waiting)
     }

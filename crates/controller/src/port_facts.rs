@@ -1,4 +1,5 @@
-//! What a program may ask of the ports: when a line has room. Whether a peer is there the channels of the robot know.
+//! Facts about the ports for programs: when a line has room. The channels of the robot know whether a peer is
+//! connected.
 
 use crate::port::Port;
 use crate::time::Time;

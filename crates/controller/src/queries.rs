@@ -43,7 +43,6 @@ pub struct PortView {
 /// A variable of GLOBAL or DATA at a moment.
 #[derive(Debug, Clone, PartialEq)]
 pub struct VariableView {
-    /// Its name.
     pub name: String,
     /// Its kind; `None` when the first assignment will fix it.
     pub kind: Option<ValueKind>,
@@ -258,7 +257,7 @@ impl Controller {
         self.robot.executor.program_runs()
     }
 
-    /// File line at which the program stands; 0 when no file is selected.
+    /// Current file line of the program; 0 when no file is selected.
     pub fn line(&self) -> u32 {
         self.robot.executor.line()
     }
@@ -295,8 +294,8 @@ impl Controller {
         self.robot.context.now
     }
 
-    /// Whether time may be jumped over: no host is in the middle of a text or owes an answer, none has promised to
-    /// be heard in time (WD), and none holds a guided motion. While characters are on its line a host owes nothing.
+    /// Whether time may jump: no host is in the middle of a text or owes an answer, none has a watchdog armed (WD), and
+    /// none holds a guided motion. While characters are on its line a host owes nothing.
     pub fn host_is_silent(&self) -> bool {
         !self.endpoints.host_owes_text()
             && self.robot.panel.state().watchdog.is_none()

@@ -1,5 +1,5 @@
-//! Why something is refused: a text, a button, a variable, a selection. A reason stays a value until it is shown: findings
-//! compare variants, events and logs show the words.
+//! Reasons of refusals: of a text, a button, a variable, a selection. A reason stays a value until it is shown:
+//! findings compare variants, events and logs show the words.
 
 use crate::drive::DriveError;
 use crate::motion::MotionError;
@@ -11,7 +11,7 @@ use ts3100_proto::file::FileError;
 use ts3100_proto::name::NameError;
 use ts3100_proto::status::MasterMode;
 
-/// Why a text is refused, in words for the author of the host program.
+/// The reason for which a text is refused, in words for the author of the host program.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub(crate) enum Refusal {
     // The text.
@@ -19,9 +19,9 @@ pub(crate) enum Refusal {
     OverLong,
     #[error("wrong checksum: expected {expected:02X}, found {found:02X}")]
     Checksum { expected: u8, found: u8 },
-    #[error("there is no ETX where the length says")]
+    #[error("expected ETX at the place that the length gives")]
     NoEtx,
-    #[error("no CR before ETX")]
+    #[error("expected CR before ETX")]
     NoCr,
     #[error("a message of more than 1024 bytes")]
     TooLong,
@@ -42,9 +42,9 @@ pub(crate) enum Refusal {
         port: Port,
         mode: MasterMode,
     },
-    #[error("FL came, but no DL is open")]
+    #[error("FL came, but no DL is open; send DL first")]
     NoDownload,
-    #[error("an answer is no command")]
+    #[error("an answer is not a command")]
     Answer,
 
     // The robot's state.
@@ -56,13 +56,13 @@ pub(crate) enum Refusal {
     Variable(#[from] VariableError),
     #[error(transparent)]
     Drive(#[from] DriveError),
-    #[error("RS is accepted only in stop mode")]
+    #[error("RS is accepted only while the program is stopped; send SP first")]
     NotStopped,
-    #[error("a control right is 0 to 2")]
+    #[error("expected a control right from 0 to 2")]
     NoSuchRight,
-    #[error("the robot is not stopped")]
+    #[error("the robot is running; send SP first")]
     Running,
-    #[error("a program is running")]
+    #[error("a program is running; stop it first")]
     ProgramRuns,
     #[error("another DO statement is under way")]
     DirectRuns,
@@ -74,7 +74,7 @@ pub(crate) enum Refusal {
     /// An output that hosts do not write.
     #[error("{0}")]
     NoOutput(String),
-    #[error("expected a coordinate of numbers in the range of a real, found another")]
+    #[error("expected coordinates in the range of a real, found a larger number")]
     NotReal,
     #[error("expected a coordinate, found {0} values")]
     NoCoordinate(usize),
@@ -82,15 +82,15 @@ pub(crate) enum Refusal {
     // Files.
     #[error("file {0} is not on the RAM drive")]
     NoFile(String),
-    #[error("file {0} is being downloaded on another port")]
+    #[error("file {0} is being downloaded on another port; wait for its end")]
     Downloading(String),
-    #[error("a parameter file cannot be erased")]
+    #[error("a parameter file cannot be erased; download another one to replace it")]
     Permanent,
     #[error("the selected file cannot be erased; RS,SEL ends the selection")]
     Selected,
     #[error("the robot was started during the download")]
     Started,
-    #[error("a text of a file that was refused before")]
+    #[error("this file was refused; begin again with DL")]
     FileRefused,
     #[error(transparent)]
     File(#[from] FileError),
@@ -106,7 +106,7 @@ impl Refusal {
     }
 }
 
-/// Why something at the panel had no effect, or the command or signal that does the same.
+/// The reason for which an operation at the panel had no effect, or the command or signal that does the same.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub(crate) enum OperateError {
     #[error("the {0} has no INTERNAL position (5.3.2)")]
@@ -115,17 +115,17 @@ pub(crate) enum OperateError {
     EmergencyStop,
     #[error("the safety switch is open")]
     SafetyOpen,
-    #[error("an alarm of level 8 is active")]
+    #[error("an alarm of level 8 is active; reset it first")]
     ServoAlarm,
-    #[error("an alarm of level 4 or 8 is active")]
+    #[error("an alarm of level 4 or 8 is active; reset it first")]
     StartAlarm,
     #[error("servo power is off")]
     ServoOff,
-    #[error("feed hold is on")]
+    #[error("feed hold is on; release it first")]
     FeedHold,
     #[error("a DO statement is under way")]
     Direct,
-    #[error("the arm is being jogged")]
+    #[error("the arm is being jogged; stop the jog first")]
     Jogging,
     #[error("no file is selected")]
     NoFile,
@@ -133,21 +133,21 @@ pub(crate) enum OperateError {
     NoRcycle,
     #[error("servo power is on already (SV_RDY)")]
     ServoOn,
-    #[error("a reset is accepted only in stop mode")]
+    #[error("a reset is accepted only while the program is stopped")]
     NotStopped,
-    #[error("the program is running")]
+    #[error("the program is running; stop it first")]
     ProgramRuns,
-    #[error("the operation mode can be set only while the robot is stopped")]
+    #[error("the operation mode can be set only while the robot is stopped; send SP first")]
     Running,
-    #[error("of several inputs at once only the first is processed")]
+    #[error("only the first of several inputs at one moment is processed")]
     NotFirst,
-    #[error("the key switch is not in TEACHING")]
+    #[error("the key switch is not in TEACHING; turn it first")]
     NotTeaching,
     #[error("a program or a DO statement is under way")]
     Busy,
-    #[error("the guide mode is FREE")]
+    #[error("the guide mode is FREE; choose another with GM")]
     Free,
-    #[error("the arm is being guided; JG ! ends that")]
+    #[error("the arm is being guided; send JG with ! first")]
     Guided,
     #[error(transparent)]
     Select(#[from] SelectError),
@@ -155,12 +155,12 @@ pub(crate) enum OperateError {
     Jog(#[from] MotionError),
 }
 
-/// Why a variable was not read or written.
+/// The reason for which a variable was not read or written.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub(crate) enum VariableError {
     #[error("no file is selected")]
     NoFile,
-    #[error("there is no variable {0}")]
+    #[error("no variable of GLOBAL or DATA has the name {0}")]
     Unknown(String),
     #[error("the type of {0} is unknown")]
     UnknownKind(String),
@@ -188,7 +188,7 @@ pub(crate) enum VariableError {
     Drive(#[from] DriveError),
 }
 
-/// Why a file was not selected.
+/// The reason for which a file was not selected.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum SelectError {
     /// Not a file name.
@@ -206,7 +206,7 @@ pub enum SelectError {
     /// It does not compile; the diagnostics rendered.
     #[error("file {name} has errors\n{rendered}")]
     Errors {
-        /// The file.
+        /// Name of the file.
         name: String,
         /// Its diagnostics with carets.
         rendered: String,

@@ -35,7 +35,7 @@ use ts3100_proto::name::FileName;
 pub(crate) enum RunNotice {
     /// It runs (again): an SP that waits is about the past.
     Started,
-    /// It stands, and no host has asked for it.
+    /// A stop that no host has asked for.
     Stopped,
 }
 
@@ -124,7 +124,7 @@ impl Robot {
         }
     }
 
-    /// Stores a file as the power comes on, or on behalf of one who keeps it outside already.
+    /// Stores a file at power-on, or a file that is stored outside already.
     ///
     /// # Errors
     /// [`DriveError`]; the drive is then unchanged.

@@ -19,7 +19,7 @@ pub struct Segment {
 pub enum Departure {
     /// These bytes are sent in one write.
     Bytes(#[serde(with = "ts3100_proto::serde_latin1")] Bytes),
-    /// These bytes are sent in one write with the next ones, or alone when their pause is over.
+    /// These bytes are sent in one write with the next ones, or alone at the end of their pause.
     Held(#[serde(with = "ts3100_proto::serde_latin1")] Bytes),
     /// The connection ends.
     Disconnect(DisconnectMode),

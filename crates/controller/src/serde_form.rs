@@ -10,7 +10,7 @@ use serde::de::Error as _;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use ts3100_proto::command::COMMANDS;
 
-/// A map whose keys are no text, as a list of pairs.
+/// A map whose keys are not strings, as a list of pairs.
 pub mod pairs {
     use super::{BTreeMap, Deserialize, Deserializer, Serialize, Serializer, Vec};
 

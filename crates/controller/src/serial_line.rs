@@ -75,7 +75,7 @@ impl HostSettings {
             ..host
         } == robot;
         let effect = if stop_alone {
-            "receivers look at the first stop bit alone, so the bytes arrive, but not on every port"
+            "most ports check the first stop bit only, so the bytes arrive"
         } else {
             "the bytes arrive garbled"
         };

@@ -16,11 +16,7 @@ pub enum SnapshotError {
     },
     /// A machine or a memory that does not fit its program.
     #[error("snapshot, {place}: {reason}")]
-    Run {
-        /// Where.
-        place: String,
-        reason: RestoreError,
-    },
+    Run { place: String, reason: RestoreError },
 }
 
 impl SnapshotError {
@@ -42,7 +38,7 @@ impl SnapshotError {
 /// Whether something of a snapshot can occur.
 pub(crate) type CheckResult = Result<(), SnapshotError>;
 
-/// Fails unless `holds`, with the place, what could stand there, and what does.
+/// Fails unless `holds`, with the place, the expected and the found value.
 pub(crate) fn check(holds: bool, place: &str, expected: &str, found: impl ToString) -> CheckResult {
     if holds {
         return Ok(());

@@ -46,7 +46,7 @@ impl StatementCoverage {
         }
     }
 
-    /// A file is on the RAM drive; the same content again is no new version.
+    /// A file is on the RAM drive; the same content again is not a new version.
     pub fn note_stored(&mut self, name: &str, content: &[u8]) {
         let latest = self.latest(name).and_then(|index| self.versions.get(index));
         if latest.is_some_and(|version| version.content == content) {

@@ -15,12 +15,11 @@ use core::time::Duration;
 use ts3100_proto::status::ca::DirectoryEntry;
 use ts3100_proto::text::MAX_DATA;
 
-/// One variation.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct VariationRule {
     /// Name in reports and documentation.
     pub name: &'static str,
-    /// What varies, and how far.
+    /// Variation and its range.
     pub summary: &'static str,
     /// Why the manual allows it.
     pub source: &'static str,

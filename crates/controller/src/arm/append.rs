@@ -7,13 +7,13 @@ use crate::motion::MotionError;
 use crate::time::Time;
 
 impl Arm {
-    /// Appends a motion to the one under way, overlapping it by `pass` percent of the shorter ramp. True when it was
-    /// taken: the arm then goes through, and `ends_at` and `percent` are those of the two together and of the one
-    /// begun last. False when the two cannot be blended (none under way, held, an arch, machine lock, out of an
+    /// Appends a motion to the current one, overlapping it by `pass` percent of the shorter ramp. Returns whether it
+    /// was appended: the arm then passes through, and `ends_at` and `percent` are those of the two together and of the
+    /// one begun last. False when the two cannot be blended (none under way, held, an arch, machine lock, out of an
     /// axis limit on the rounded corner): nothing has changed, and the motion has to be started when the arm rests.
     ///
     /// # Errors
-    /// The target or the path cannot be reached; the motion under way goes on as it was.
+    /// The target or the path cannot be reached; the motion under way continues as it was.
     pub fn append(
         &mut self,
         now: Time,

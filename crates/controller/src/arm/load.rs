@@ -83,7 +83,7 @@ impl LoadHistory {
         sum.map(|sum| sqrt(sum / window.as_secs_f64()))
     }
 
-    /// The window of this index begins anew.
+    /// Restarts the window of this index.
     pub(super) fn clear(&mut self, index: usize) {
         if let Some(slots) = self.windows.get_mut(index) {
             slots.clear();

@@ -1,8 +1,8 @@
 //! Plans and efforts that have been calculated before.
 //!
-//! A cell in production repeats the same few motions for hours, and planning a line costs more than everything else
-//! of its statement. [`Memo`] returns what was calculated for exactly the same numbers, bit by bit, so no result depends
-//! on it. It is no part of the state: copies and snapshots begin without it.
+//! A cell in production repeats the same few motions for hours, and planning a line costs more than everything else of
+//! its statement. [`Memo`] returns the result for exactly the same numbers, bit by bit, so no result depends on it. It
+//! is not part of the state: copies and snapshots begin without it.
 
 use crate::model::{ArmModel, Joints};
 use crate::motion::{Effort, Limits, Motion, MotionError, Pose, Route, Target, Transform, plan};
@@ -78,7 +78,7 @@ impl Memo {
 }
 
 impl Clone for Memo {
-    /// A copy begins anew, so that copying a controller stays cheap.
+    /// A copy begins empty, so that copying a controller stays cheap.
     fn clone(&self) -> Memo {
         Memo::default()
     }

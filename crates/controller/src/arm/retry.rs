@@ -1,14 +1,15 @@
 //! Stop (retry): an interrupted motion continues on its own path when the program does.
 //!
-//! A motion planned anew from the stop would be another one: MOVEI would turn by its whole difference again, MOVEC take
-//! the long way round through a point behind it, MOVEJ rise once more. The executor decides which statements wait.
+//! A motion planned again from the stop would be another one: MOVEI would turn by its whole difference again, MOVEC
+//! take the long way round through a point that it has passed, MOVEJ rise once more. The executor decides which
+//! statements wait.
 
 use super::{Arm, SpeedLimits};
 use crate::time::Time;
 
 impl Arm {
-    /// Interrupts the motion: the arm slows at full deceleration and rests, and [`Arm::resume_interrupted`] can let it go on.
-    /// One that BREAK has given up already, and one of a locked machine, cannot.
+    /// Interrupts the motion: the arm slows at full deceleration and rests, and [`Arm::resume_interrupted`] can
+    /// continue it. One that BREAK has given up already, and one of a locked machine, cannot.
     pub fn interrupt(&mut self, now: Time) {
         // Asked before `stop`: afterwards every motion is given up, and one that was held or had no speed yet ends now
         // too.
@@ -18,7 +19,7 @@ impl Arm {
         self.interrupted = self.active.clone().filter(|_| goes_on && !over);
     }
 
-    /// Whether a motion was interrupted that can go on.
+    /// Whether an interrupted motion can continue.
     pub fn is_interrupted(&self) -> bool {
         self.interrupted.is_some()
     }

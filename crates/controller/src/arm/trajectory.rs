@@ -1,5 +1,5 @@
-//! What a program can ask about the motion under way besides its percentage: times (MOTIONT, REMAINT) and destination
-//! (DEST).
+//! Facts about the current motion that a program can read besides its percentage: times (MOTIONT, REMAINT) and
+//! destination (DEST).
 //!
 //! `crate::executor::scol_inputs` passes the answers to the program.
 
@@ -20,7 +20,7 @@ impl Arm {
         })
     }
 
-    /// REMAINT: how long the motion will go on; zero when none is under way, and while it is held.
+    /// REMAINT: remaining time of the motion; zero without a motion, and while it is held.
     pub fn remaining(&self, now: Time) -> Duration {
         self.ends_at().map_or(Duration::ZERO, |end| end.since(now))
     }

@@ -1,4 +1,4 @@
-//! What the axes have done so far, for the maintenance information (MN, S29).
+//! Counters of the work of the axes, for the maintenance information (MN, S29).
 //!
 //! The counters are brought up to date whenever a motion changes or ends; reading them changes nothing. `maintenance`
 //! turns them into the numbers of MN.
@@ -56,7 +56,7 @@ impl Arm {
         effort.mean(effort.torque)
     }
 
-    /// Counts what the motion under way has done until then. Call it before the motion changes.
+    /// Counts the work of the current motion until `now`. Call it before the motion changes.
     pub(super) fn add_wear_until(&mut self, until: Time) {
         let from = self.wear.until;
         let (memo, model) = (&mut self.memo, &self.model);
@@ -70,7 +70,7 @@ impl Arm {
         self.wear.add(&effort, until);
     }
 
-    /// The axes have done so much in every respect.
+    /// Adds work of the axes to every counter.
     #[cfg(test)]
     pub(crate) fn age(&mut self, much: f64) {
         let numbers: Joints = [much; _];

@@ -22,23 +22,23 @@ impl Context {
     /// A second peer came to a port that has one.
     pub(crate) fn report_second_peer(&mut self, port: Port, peer: &str, kept: bool) {
         let what = if kept {
-            "it takes the place of the first"
+            "it replaces the first"
         } else {
-            "it is turned away"
+            "it is refused"
         };
-        let message = format!("{peer} came while {port} had a peer; {what} (channel.second)");
+        let message = format!("{peer} connected while {port} had a peer; {what} (option channel.second)");
         self.report(&rules::SECOND_CONNECTION, port, &[], message);
     }
 
     /// The peer does not read.
     pub(crate) fn report_backlog(&mut self, port: Port) {
-        let message = format!("the peer of {port} has left so much unread that its connection is closed");
+        let message = format!("the peer of {port} does not read; its connection is closed");
         self.report(&rules::ANSWERS_UNREAD, port, &[], message);
     }
 
     /// Wires do not settle.
     pub(crate) fn report_wire_loop(&mut self, wires: &str) {
-        let message = format!("these wires go on changing each other at one moment: {wires}");
+        let message = format!("these wires keep changing each other at one moment: {wires}");
         self.report(&rules::WIRE_LOOP, None, &[], message);
     }
 
@@ -56,7 +56,7 @@ impl Context {
     /// Checks how the first text of a file begins.
     pub(crate) fn check_file_begin(&mut self, port: Port, data: &[u8]) {
         if begins_file(data) && data.iter().take(2).any(u8::is_ascii_lowercase) {
-            let text = "FL in lower case is taken as FL";
+            let text = "FL in lower case is read as FL";
             self.report(&rules::LOWER_CASE, port, data, text);
         }
     }
@@ -81,7 +81,7 @@ impl Context {
         ];
         for (rule, _) in checks.into_iter().filter(|(_, broken)| *broken) {
             let text = message.escape_ascii();
-            self.report(rule, port, message, format!("\"{text}\" is taken as {letters}"));
+            self.report(rule, port, message, format!("\"{text}\" is read as {letters}"));
         }
     }
 

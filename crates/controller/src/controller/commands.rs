@@ -145,10 +145,10 @@ impl Controller {
         }
     }
 
-    /// Makes a change and goes on: at once, or when it is stored outside.
+    /// Makes a change and continues: immediately, or when it is stored outside.
     ///
     /// # Errors
-    /// Why an action had no effect.
+    /// The reason for which an action had no effect.
     pub(super) fn make(&mut self, change: Change, then: Then) -> Result<Accepted, ActionError> {
         match self.robot.propose(change, then) {
             Some(waiting) => self.finish(waiting, Ok(())),
@@ -156,10 +156,10 @@ impl Controller {
         }
     }
 
-    /// Makes a change that was stored outside, or is kept inside alone, or drops it; then goes on, once.
+    /// Makes a change that was stored outside or is kept in memory only, or drops it; then continues, once.
     ///
     /// # Errors
-    /// Why an action had no effect.
+    /// The reason for which an action had no effect.
     pub(super) fn finish(
         &mut self,
         waiting: Waiting,

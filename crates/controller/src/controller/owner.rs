@@ -18,8 +18,8 @@ use crate::prelude::*;
 use crate::refusal::OperateError;
 
 impl Controller {
-    /// Carries out an action. A change of a file that is stored outside first is made when its answer has come. Nobody waits
-    /// for the result of an action by hand, so its refusal is a finding.
+    /// Carries out an action. A change of a file that is stored outside first is made when its answer has come. The
+    /// result of an action by hand is not awaited, so its refusal is a finding.
     ///
     /// # Errors
     /// Why an action of the owner had no effect; the event says the same.
@@ -148,14 +148,14 @@ impl Controller {
                 // By hand there is no error: a refusal is among the findings.
                 let _done = self.act(Action::Panel(panel), By::Hand);
             }
-            ScheduledAction::Alarm(code) => self.robot.raise(code, "a fault on purpose".to_string()),
+            ScheduledAction::Alarm(code) => self.robot.raise(code, "an armed fault".to_string()),
         }
         // Before the command that meets the fault is served: an extension command ends the SP of its host.
         self.take_notices();
     }
 }
 
-/// What a method of the robot returns: nothing, or why it had no effect.
+/// Result of a method of the robot: nothing, or the reason for which it had no effect.
 trait Operated {
     fn result(self) -> Result<(), OperateError>;
 }

@@ -84,9 +84,9 @@ impl Controller {
         self.receive_from_lines();
     }
 
-    /// Takes over the peers of the controller that this one replaces: the edge keeps its links. The peers that this controller
-    /// knew leave, and the present ones connect anew. Only the kind of each host stays known: its framing, the end of its
-    /// texts, and whether it gets SP.
+    /// Takes over the peers of the controller that this one replaces: the edge keeps its links. The peers that this
+    /// controller knew leave, and the present ones connect again. Only the type of each host stays known: its framing,
+    /// the end of its texts, and whether it gets SP.
     pub fn adopt_peers(&mut self, before: &Controller) {
         self.robot
             .context

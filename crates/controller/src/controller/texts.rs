@@ -1,5 +1,5 @@
-//! Bytes that come in, up to what they ask of the robot: texts are served one after the other, and what each starts runs
-//! before the next of the same segment is looked at.
+//! Incoming bytes up to their requests to the robot: texts are served one after the other, and the effects of each run
+//! before the next of the same segment is read.
 
 use crate::controller::Controller;
 use crate::endpoint::exchange::PortEvent;
@@ -37,7 +37,7 @@ impl Controller {
         false
     }
 
-    /// Data for INPUT: what does not fit now may fit when a waiting INPUT has taken its values (SER-03).
+    /// Data for INPUT: bytes that do not fit now may fit when a waiting INPUT has taken its values (SER-03).
     fn received_data(&mut self, port: Port, bytes: &[u8]) {
         let mut rest = bytes;
         if bytes.is_empty() {

@@ -31,7 +31,7 @@ enum Timer {
     Lines,
     /// Servo power that was held back comes.
     Servo,
-    /// The program, a task or the statement of DO goes on.
+    /// The program, a task or the statement of DO continues.
     Program,
     /// A host is told of a stop.
     UnsolicitedSp,
@@ -101,7 +101,7 @@ impl Timer {
 }
 
 impl Controller {
-    /// Runs the robot as far as it goes at this instant, and does what its statements ask for.
+    /// Runs the robot as far as it goes at this instant, and serves the requests of its statements.
     fn run_program(&mut self) {
         // A RESTORE that waits for its file lets nothing go on at this instant, outputs and counters included.
         while !self.robot.persistence.is_waiting()
@@ -135,7 +135,7 @@ impl Controller {
             .min()
     }
 
-    /// Finds the deadline anew after a change.
+    /// Finds the deadline again after a change.
     pub(crate) fn find_due(&mut self) {
         self.due = self.deadline();
     }
@@ -203,7 +203,7 @@ impl Controller {
         }
     }
 
-    /// Raises the alarm of WD, once, if its time is over.
+    /// Raises the alarm of WD, once, if its time has expired.
     fn expire_watchdog(&mut self) {
         let robot = &mut self.robot;
         if let Some(watchdog) = robot.panel.take_late_watchdog(robot.context.now) {

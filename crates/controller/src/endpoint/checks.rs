@@ -48,7 +48,7 @@ impl Endpoints {
                 "NG"
             };
             let row = command.permission_row();
-            let text = format!("{row} is not in Table 5.1; {answer} (option `extensions`)");
+            let text = format!("the manual does not list {row}; {answer} (option `extensions`)");
             context.report(&rules::EXTENSION_COMMAND, port, message, text);
         }
         if command.row().answer != Answer::Status {
@@ -83,12 +83,12 @@ impl Endpoints {
             return;
         };
         let what = match session.exchange() {
-            Exchange::Sending { .. } => "where OK or NG to an FL text was awaited",
+            Exchange::Sending { .. } => "before it acknowledged an FL text",
             Exchange::Receiving { .. } => "in the middle of a download; nothing is stored",
             Exchange::Idle if session.is_partial() => "in the middle of a text",
             Exchange::Idle => return,
         };
-        let text = format!("the connection ended {what}");
+        let text = format!("the host closed the connection {what}");
         context.report(&rules::LEFT_IN_EXCHANGE, port, &[], text);
     }
 }

@@ -101,13 +101,13 @@ impl Endpoints {
         }
         let download = matches!(session.exchange(), Exchange::Receiving { .. });
         let (rule, reason) = if session.is_partial() {
-            let reason = "a text was begun and not finished within 10 s";
+            let reason = "the host began a text and did not finish it within 10 s";
             (&rules::TEXT_UNFINISHED, reason)
         } else if download {
-            let reason = "the host owed the rest of a file for 10 s; the exchange is given up";
+            let reason = "the host did not send the rest of a file within 10 s; the robot ends the exchange";
             (&rules::DOWNLOAD_ABANDONED, reason)
         } else {
-            let reason = "the host owed an answer for 10 s; the exchange is given up";
+            let reason = "the host did not answer within 10 s; the robot ends the exchange";
             (&rules::ANSWER_MISSING, reason)
         };
         let bytes = session.give_up();
@@ -137,12 +137,12 @@ impl Endpoints {
         self.session(port).framing = framing;
         if framing == Framing::Bare {
             self.disable_unsolicited_sp(context, port);
-            let message = "a text without STX; it is answered without STX";
+            let message = "a text without STX; the answer has none either";
             context.report(&rules::NO_STX, port, &data, message);
         }
         // `no-etx` is a finding about commands, not about OK and NG (T27.2).
         if terminator == Terminator::Cr && !Reply::acknowledges(&data) {
-            let message = "a text that CR alone ends; it is served";
+            let message = "a text that ends with CR alone; it is served";
             context.report(&rules::NO_ETX, port, &data, message);
         }
         // `is_early()` first: it makes the finding, which does not depend on the option.
@@ -244,7 +244,7 @@ impl Endpoints {
                 self.refuse_text(context, port, &letters, &Refusal::NoCr);
             }
             Joined::NoCr(message) => {
-                let text = "CR is missing before ETX (5.2.2); taken all the same";
+                let text = "CR is missing before ETX (5.2.2); accepted";
                 context.report(&rules::NO_CR, port, &message, text);
                 return self.message(context, port, &message);
             }
@@ -281,7 +281,7 @@ impl Endpoints {
             Some(Ok(_)) if begun && !context.config.options.command_ends_download => true,
             Some(Ok(command)) => {
                 let message = format!(
-                    "{} came while a download was open; the download is given up",
+                    "{} came while a download was open; the robot drops the download",
                     command.letters()
                 );
                 context.report(&rules::COMMAND_IN_EXCHANGE, port, data, message);
@@ -355,7 +355,7 @@ impl Endpoints {
         None
     }
 
-    /// Notes which command is being answered; empty letters mean a text that is no command.
+    /// Notes which command is being answered; empty letters mean an unparsable text.
     pub(crate) fn begin(&mut self, context: &mut Context, port: Port, letters: Letters) {
         let busy = self.send_queue.is_busy(port);
         context

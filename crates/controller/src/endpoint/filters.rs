@@ -113,7 +113,7 @@ impl Endpoints {
         }
     }
 
-    /// Whether a fault, variation or option `reply.delay` can change what is sent, or when.
+    /// Whether a fault, variation or option `reply.delay` can change the bytes sent or their time.
     pub(super) fn changes_output(&self, context: &Context) -> bool {
         let delays = &context.config.options.reply_delay;
         !self.faults.are_quiet() || self.variation.is_some() || delays.iter().any(|delay| !delay.is_zero())
@@ -163,7 +163,7 @@ impl Endpoints {
         }
     }
 
-    /// A peer came or is gone: nothing waits to be sent to it, and the faults of the previous one are over.
+    /// Drops queued output and fault state of the previous peer.
     pub(crate) fn forget_peer(&mut self, port: Port) {
         self.send_queue.clear(port);
         self.faults.forget_peer(port);
@@ -203,7 +203,7 @@ impl Endpoints {
         }
     }
 
-    /// Lets at most one armed fault fire at a site; returns what it changes there.
+    /// Lets at most one armed fault fire at a site; returns its change.
     fn apply_fault(&mut self, context: &mut Context, site: &FaultSite<'_>) -> Effect {
         let fired = self.faults.fire(context.now, site, &mut context.fault_effects);
         let Some((effect, at_once, event)) = fired else {

@@ -92,7 +92,7 @@ impl Endpoints {
         }
         if !rest.is_empty() {
             let message = format!(
-                "{} bytes lost: {LINE_QUEUE} are on the line already; ask for the room on it before sending",
+                "{} bytes lost: {LINE_QUEUE} are on the line already; send them later",
                 rest.len()
             );
             context.report(&rules::LINE_OVERFLOW, port, &[], message);
@@ -179,7 +179,7 @@ impl Endpoints {
         true
     }
 
-    /// The line whose former host has left now, as it was before.
+    /// The line whose host has just left, in its previous state.
     pub(crate) fn end_leaving(&mut self, port: Port) -> Option<SerialLine> {
         let line = self.lines.get_mut(&port)?;
         let before = line.clone();
@@ -187,7 +187,7 @@ impl Endpoints {
         Some(before)
     }
 
-    /// The line goes on for the next host: bytes that a program has printed meanwhile are its.
+    /// The line stays for the next host: it gets the bytes that a program has printed meanwhile.
     pub(crate) fn take_over_line(&mut self, port: Port, before: SerialLine) {
         if let Some(line) = self.lines.get_mut(&port) {
             *line = SerialLine {
@@ -293,8 +293,7 @@ impl Endpoints {
     ) -> Option<LineBytes> {
         let own = self.settings.get(&port).copied()?;
         let message = format!(
-            "characters come with parity or framing errors: the host's port is not set to {}, as [U06] says, or the \
-             cable is disturbed",
+            "characters arrive with parity or framing errors: set the host's port to {} as in [U06], and check the cable",
             describe(own)
         );
         context.report(&rules::LINE_GARBLED, port, &bytes, message);

@@ -41,7 +41,6 @@ pub enum Exchange {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Session {
-    /// The port.
     pub port: Port,
     /// The peer, while there is one.
     pub peer: Option<String>,
@@ -169,8 +168,8 @@ impl Session {
         (self.waiting_sp && !self.awaits_host()).then_some(due)
     }
 
-    /// OK or NG leaves. If it ends what has held back an SP until after `sp_by`, the SP keeps its pause all the same, but
-    /// once: a host that never pauses gets it after the next OK.
+    /// OK or NG leaves. If it ends the exchange that has held back an SP until after `sp_by`, the SP keeps its pause,
+    /// but once: a host that never pauses gets it after the next OK.
     pub fn replied(&mut self, at: Time) {
         self.replied_at = Some(at);
         if self.waiting_sp && (self.sp_after..=at).contains(&self.sp_by) && !self.awaits_host() {
@@ -191,8 +190,8 @@ impl Session {
         &self.exchange
     }
 
-    /// Takes the open exchange and leaves the port idle. The caller opens the exchange again by one of the verbs below
-    /// if it goes on. Nothing else changes it, except that [`Session::receive`] adds texts to its file.
+    /// Takes the open exchange and leaves the port idle. The caller opens the exchange again with one of the verbs
+    /// below if it continues. Nothing else changes it, except that [`Session::receive`] adds texts to its file.
     ///
     /// ```text
     ///            command answered OK or NG

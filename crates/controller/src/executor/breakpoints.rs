@@ -1,8 +1,8 @@
 //! Breakpoints of the selected file, and the line or step up to which the program runs once.
 //!
 //! The controller of the manual has none: they are for the owner of the emulator. A stop at one is a STOP between two
-//! steps, in every operation mode, and hosts are told of it as of any other (CMD-SP-05). A start goes on with the line at
-//! which each task stands, even if it has a breakpoint.
+//! steps, in every operation mode, and hosts are told of it as of any other (CMD-SP-05). A start continues with the
+//! current line of each task, even if that line has a breakpoint.
 
 use crate::executor::{Executor, MAIN_TASK, Task};
 use crate::limits::MAX_BREAKPOINTS;
@@ -25,7 +25,7 @@ pub struct Breakpoints {
     /// Lines with a statement, from 1.
     lines: BTreeSet<u32>,
     target: Option<Target>,
-    /// The lines from which each task and its handler went on, until one of them has left its line.
+    /// The lines from which each task and its handler continued, until one of them has left its line.
     left: Vec<(u16, u32)>,
 }
 
@@ -55,7 +55,7 @@ impl Breakpoints {
         self.target == Some(Target::NextStep)
     }
 
-    /// The file has been written anew: each of its lines is another one.
+    /// The file was replaced: its lines are new ones.
     pub(crate) fn relocate(&mut self, moved: impl Fn(u32) -> u32) {
         self.lines = self.lines.iter().map(|line| moved(*line)).collect();
         self.left.iter_mut().for_each(|(_, line)| *line = moved(*line));

@@ -20,7 +20,7 @@ pub struct Direct {
     pub(crate) begun: bool,
     /// It has moved the arm.
     pub(crate) moved: bool,
-    /// The statement is over and counts as under way until then: the next DO is refused.
+    /// The statement has ended but counts as running until then: the next DO is refused.
     pub(crate) shown_until: Option<Time>,
 }
 
@@ -66,7 +66,7 @@ impl Executor {
         self.direct.is_some()
     }
 
-    /// An INPUT of the statement is over with what has come.
+    /// Ends an INPUT of the statement with the values received so far.
     pub(crate) fn cancel_direct_input(&mut self) {
         if let Some(mut direct) = self.direct.take() {
             direct.task.end_reading(self.memory_mut());

@@ -1,5 +1,5 @@
 //! An executor that was read back from a snapshot gets its programs, compiled again from their sources, and is
-//! validated: what no run leads to is refused.
+//! validated: an impossible state is refused.
 
 use super::selection::render;
 use super::{Direct, Executor, MAIN_TASK, Selected, Task};

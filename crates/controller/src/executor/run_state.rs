@@ -1,5 +1,5 @@
-//! Whether the program runs, and the place where it stands while it does not. Every change goes through [`Operation`].
-//! `run_control` asks for changes, `scheduler` runs the tasks meanwhile.
+//! Whether the program runs, and its place while it does not. Every change goes through [`Operation`]. `run_control`
+//! asks for changes, `scheduler` runs the tasks meanwhile.
 //!
 //! Automatic operation (SU STATUS, SF-06):
 //! ```text
@@ -12,9 +12,9 @@
 //! SP ends in Retry, too, where the step cannot end: in feed hold (CMD-FD-03) and while PAUSE holds the arm. BREAK ends in
 //! Continue where the step was an INPUT, which any stop cancels (INP-09).
 //!
-//! A program that stands is moved by resets only (CMD-RS-10): RS,PRG, RS,STP, RS,SEL, SL and a download of the selected file
-//! lead to Reset, RS,CYC to Continue at the step of its label. All of them are refused while it runs. An interrupted step is
-//! never skipped otherwise: it is done again, or its program begins anew.
+//! Only resets move a stopped program (CMD-RS-10): RS,PRG, RS,STP, RS,SEL, SL and a download of the selected file lead
+//! to Reset, RS,CYC to Continue at the step of its label. All of them are refused while it runs. An interrupted step is
+//! never skipped otherwise: it is repeated, or its program starts from the beginning.
 
 /// Who wanted the program to stop: a host gets no SP for a stop that it asked for (CMD-SP-09).
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
@@ -64,7 +64,7 @@ impl Operation {
         matches!(self.state, RunState::Running { .. })
     }
 
-    /// The program runs, or goes on.
+    /// The program starts or continues.
     pub(crate) fn start(&mut self) {
         // A start would forget who wanted the program to stop.
         debug_assert!(!self.is_running(), "{:?} becomes Running", self.state);
@@ -80,7 +80,7 @@ impl Operation {
         }
     }
 
-    /// The program stands at this place from now on.
+    /// Sets the place of the stopped program.
     pub(crate) fn stand(&mut self, place: Standstill) {
         self.state = match place {
             Standstill::FirstStep => RunState::Reset,
@@ -90,10 +90,10 @@ impl Operation {
     }
 }
 
-/// Where a program stands.
+/// The place of a stopped program.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Standstill {
-    /// At step 1: it begins anew.
+    /// At step 1: it starts from the beginning.
     FirstStep,
     /// Inside a step, which is done again.
     InsideStep,

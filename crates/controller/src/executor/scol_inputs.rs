@@ -32,7 +32,7 @@ impl ScolInputs<'_> {
         self.changing.get().then(|| self.now + SCAN)
     }
 
-    /// The arm, to read what changes while it moves.
+    /// The arm, to read values that change while it moves.
     fn watched_arm(&self) -> &Arm {
         if self.arm.is_moving() {
             self.changing.set(true);

@@ -13,16 +13,14 @@ use ts3100_proto::name::VariableName;
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Selected {
-    /// Its name.
     pub(crate) name: String,
     /// Its text.
     pub(crate) source: String,
-    /// Its program.
     #[serde(skip, default = "super::no_program")]
     pub(crate) program: Arc<Program>,
     /// Its data.
     pub(crate) memory: Memory,
-    /// The file was downloaded anew; the next start takes it (CMD-DL-07).
+    /// The file was downloaded again; the next start takes the new one (CMD-DL-07).
     pub(crate) stale: bool,
 }
 
@@ -38,12 +36,11 @@ impl Selected {
         }
     }
 
-    /// Its name.
     pub(crate) fn name(&self) -> &str {
         &self.name
     }
 
-    /// The file was downloaded anew since it was selected.
+    /// Whether the file was downloaded again since it was selected.
     pub(crate) fn is_stale(&self) -> bool {
         self.stale
     }
@@ -70,8 +67,8 @@ impl Selected {
 }
 
 impl Executor {
-    /// Takes the selected file as it was rewritten with another initial value (MW, RESTORE). Its tasks go on in the new program,
-    /// so that their lines are lines of the file (SF-24).
+    /// Takes the selected file as it was rewritten with another initial value (MW, RESTORE). Its tasks continue in the
+    /// new program, so that their lines are lines of the file (SF-24).
     pub(crate) fn take_rewritten(&mut self, source: String, program: Arc<Program>) {
         let tasks = self.main.iter_mut().chain(self.tasks.values_mut());
         tasks.for_each(|task| task.relocate(&program));
@@ -91,7 +88,8 @@ impl Executor {
         }
     }
 
-    /// Selects a file, which stands at its first step. The same file selected again, or downloaded anew, keeps its breakpoints.
+    /// Selects a file and sets its first step. The same file selected again, or downloaded again, keeps its
+    /// breakpoints.
     pub(crate) fn select(&mut self, selected: Selected, now: Time) {
         if self.file() != selected.name {
             self.breakpoints = Breakpoints::default();

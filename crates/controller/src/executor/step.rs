@@ -12,46 +12,41 @@ pub(crate) enum Step {
     Blocked,
     /// A statement has begun that takes time.
     Begun,
-    /// A statement is over.
+    /// The statement has ended.
     Done {
         /// It moved the arm.
         motion: bool,
     },
-    /// A statement is over, and with it the turn of its task.
+    /// The statement has ended, and with it the turn of its task.
     Switch {
         /// The task whose turn it is.
         to: u16,
     },
-    /// A statement is over that ends a task.
+    /// The statement has ended its task.
     Killed {
         /// That task.
         id: u16,
     },
-    /// RESTORE is over as a statement; the file is written when every task stands in its place.
+    /// RESTORE has ended as a statement; the file is written once every task has reached its place.
     Restore {
         /// Names to restore; none: all.
         names: Vec<String>,
     },
-    /// PRINT is over as a statement; these bytes are to be sent.
-    Print {
-        /// Where.
-        port: Port,
-        /// What.
-        bytes: Bytes,
-    },
+    /// PRINT has ended as a statement; send these bytes.
+    Print { port: Port, bytes: Bytes },
     /// STOP was executed.
     Stopped,
-    /// The main program, or the statement of DO, is over.
+    /// The main program, or the statement of DO, has ended.
     Ended,
     /// Something went wrong; the detail says what and where.
     Alarm(AlarmCode, String),
 }
 
 impl Step {
-    /// A statement without motion is over.
+    /// A statement without motion has ended.
     pub(crate) const DONE: Step = Step::Done { motion: false };
 
-    /// If the statement is over, this comes of it.
+    /// Replaces `Done` by `next`; other steps are unchanged.
     pub(crate) fn then(self, next: Step) -> Step {
         if matches!(self, Step::Done { .. }) {
             next

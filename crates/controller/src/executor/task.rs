@@ -21,7 +21,7 @@ use scol_mini::{Answer, Channel, Fault, Jump, Machine, Memory, MonitorAction, Nu
 pub struct TaskView {
     /// 1 the main program, 0 the statement of DO.
     pub id: u16,
-    /// File line at which it stands.
+    /// Current file line.
     pub line: u32,
     /// The name of the state of the task, or of its handler while one acts.
     pub state: &'static str,
@@ -58,14 +58,14 @@ pub enum TaskState {
     Holding,
     /// A motion is under way.
     Moving {
-        /// How long before its end the statement is over.
+        /// Time before the end of the motion at which the statement ends.
         lead: Duration,
     },
     /// A motion has been put after the one under way (PASS); the statement becomes `Moving` when it begins.
     Queued {
         /// As of `Moving`.
         lead: Duration,
-        /// The statement is over when it begins: PASS reads the motion after it, NOWAIT does not wait for its end.
+        /// The statement ends when the motion begins: PASS reads the motion after it, NOWAIT does not wait for its end.
         passing: bool,
     },
     /// The statement waits for the arm to rest before it begins.
@@ -77,7 +77,6 @@ pub enum TaskState {
     },
     /// INPUT waits for values.
     Reading {
-        /// Where from.
         channel: Channel,
         /// How many values it takes.
         wanted: usize,
@@ -101,8 +100,8 @@ impl TaskState {
         )
     }
 
-    /// Whether this state can become `next`. A statement that waits is over, or broken off, before another one begins: only a
-    /// queued motion begins, and INPUT goes on waiting for its missing values.
+    /// Whether this state can become `next`. A statement that waits ends, or is broken off, before another one begins:
+    /// only a queued motion begins, and INPUT continues to wait for its missing values.
     fn may_become(&self, next: &TaskState) -> bool {
         match (self, next) {
             // Nothing has been asked for: the next statement, or the same WAIT, may ask for anything.
@@ -134,7 +133,7 @@ impl TaskState {
         None
     }
 
-    /// How long before the end of its motion the statement is over.
+    /// Time before the end of its motion at which the statement ends.
     pub(crate) fn lead(&self) -> Option<Duration> {
         if let TaskState::Moving { lead } = self {
             return Some(*lead);
@@ -167,7 +166,7 @@ pub struct Task {
     budget: u32,
     /// When the present scan began.
     scan_at: Time,
-    /// Action of a monitor under way; the task goes on after it.
+    /// Action of a monitor under way; the task continues after it.
     handler: Option<Box<Task>>,
     /// When the monitors are to be looked at again, if time alone can change them.
     look_at: Option<Time>,
@@ -176,7 +175,7 @@ pub struct Task {
 }
 
 impl Task {
-    /// A task that stands at its first statement.
+    /// A task at its first statement.
     pub(crate) fn new(machine: Machine, now: Time) -> Task {
         Task {
             machine,
@@ -189,7 +188,7 @@ impl Task {
         }
     }
 
-    /// An INPUT that waits is over with the values that came (INP-09, INP-10); false if none waits.
+    /// Ends a waiting INPUT with the values received so far (INP-09, INP-10); false if none waits.
     pub(crate) fn end_reading(&mut self, memory: &mut Memory) -> bool {
         let TaskState::Reading { got, .. } = &self.state else {
             return false;
@@ -204,7 +203,7 @@ impl Task {
     }
 
     /// An INPUT that waits at this port, in the task or in the action of its monitor, has all its values: those that
-    /// came, then zeros. The task goes on at its next turn.
+    /// came, then zeros. The task continues at its next turn.
     pub(crate) fn release_input(&mut self, port: Port) {
         if let Some(handler) = &mut self.handler {
             handler.release_input(port);
@@ -235,7 +234,7 @@ impl Task {
         found
     }
 
-    /// The task as it is shown; nothing acts while its program does not run.
+    /// The task for display; none is active while its program does not run.
     pub(crate) fn view(&self, runs: bool) -> TaskView {
         let acting = self.acting();
         let state = match &acting.state {
@@ -317,7 +316,7 @@ impl Task {
         now
     }
 
-    /// Executes one statement, or as many as are left in the scan; a WAIT that goes on waiting has been counted.
+    /// Executes one statement, or as many as are left in the scan; a WAIT that is still false was counted before.
     pub(crate) fn run(&mut self, memory: &mut Memory, inputs: &ScolInputs, single: bool) -> Pause {
         let given = match (&self.state, single) {
             (TaskState::Watching { .. }, _) => 0,
@@ -358,12 +357,12 @@ impl Task {
         step
     }
 
-    /// Something is wrong with the statement under way, which stays as it is.
+    /// The current statement has a fault and stays current.
     pub(crate) fn alarm(&self, code: AlarmCode, reason: impl Display) -> Step {
         Step::Alarm(code, format!("line {}: {reason}", self.line()))
     }
 
-    /// Ends the present step for a stop, where that can be done now; true if the task stands between steps, or waits
+    /// Ends the present step for a stop, if that is possible now; returns whether the task is between steps, or waits
     /// for an arm that is `paused`.
     pub(crate) fn end_step(&mut self, memory: &mut Memory, wait: WaitAfterStop, paused: bool) -> bool {
         if let Some(handler) = &mut self.handler
@@ -390,8 +389,8 @@ impl Task {
         true
     }
 
-    /// The statement under way will be done again, but for an INPUT, which is over: true. One that waits for its
-    /// motion keeps waiting if the motion can be taken up again.
+    /// The current statement will be repeated, except an INPUT, which has ended: true. One that waits for its motion
+    /// continues to wait if the motion can be resumed.
     pub(crate) fn abort_step(&mut self, memory: &mut Memory, keeps_motion: bool) -> bool {
         if let Some(handler) = &mut self.handler {
             handler.abort_step(memory, keeps_motion);
@@ -403,8 +402,8 @@ impl Task {
         reading
     }
 
-    /// Has the motion that was cut short begin anew: the motion of the statement under way, or of the statement before it if
-    /// the present one has not begun to move.
+    /// Restarts the motion that was cut short: that of the current statement, or of the statement before it if the
+    /// current one has not begun to move.
     pub(crate) fn redo_motion(&mut self) {
         if !matches!(self.state, TaskState::Moving { .. }) {
             self.machine.redo_motion_before();
@@ -415,7 +414,7 @@ impl Task {
         }
     }
 
-    /// Forgets the motion that could begin anew: all motions are over.
+    /// Drops the motion that could restart: all motions have ended.
     pub(crate) fn end_motion(&mut self) {
         self.machine.end_motion_before();
         if let Some(handler) = &mut self.handler {
@@ -423,7 +422,7 @@ impl Task {
         }
     }
 
-    /// Goes on in a program of the same steps.
+    /// Continues in a program with the same steps.
     pub(crate) fn relocate(&mut self, program: &Arc<Program>) {
         self.machine.relocate(program);
         if let Some(handler) = &mut self.handler {
@@ -441,12 +440,12 @@ impl Task {
         handler
     }
 
-    /// Takes the action of a monitor, to begin it or to go on with it.
+    /// Takes the action of a monitor, to begin or continue it.
     pub(crate) fn put_handler(&mut self, handler: Box<Task>) {
         self.handler = Some(handler);
     }
 
-    /// The action of a monitor is over.
+    /// The action of a monitor has ended.
     pub(crate) fn end_handler(&mut self, handler: &Task) -> Step {
         match self.machine.end_handler(&handler.machine) {
             Ok(()) => Step::DONE,
@@ -474,7 +473,7 @@ impl Task {
         found
     }
 
-    /// A monitor leads elsewhere. An INPUT ends as at a stop: what has not come is 0.
+    /// A monitor jumps. An INPUT ends as at a stop: missing values are 0.
     pub(crate) fn jump(&mut self, memory: &mut Memory, jump: Jump) {
         self.end_reading(memory);
         self.machine.jump(jump);
@@ -499,7 +498,8 @@ impl Task {
         core::iter::once(self).chain(self.handler.as_deref())
     }
 
-    /// Whether the task cannot go on at this instant: the statements of its scan are used up, and it has no monitors.
+    /// Whether the task cannot continue at this instant: the statements of its scan are used up, and it has no
+    /// monitors.
     pub(crate) fn sleeps(&self, now: Time) -> bool {
         let watched = self.look_at.is_some() || self.machine.has_monitors();
         self.handler.is_none()
@@ -507,7 +507,8 @@ impl Task {
             && matches!(self.state, TaskState::Pausing { until } if until > now)
     }
 
-    /// When the task can go on by itself. Its monitors are not looked at while it is to stop or its handler acts.
+    /// The time at which the task can continue without an event. Its monitors are not evaluated while it is to stop or
+    /// its handler acts.
     pub(crate) fn deadline(&self, stopping: bool) -> Option<Time> {
         let own = self.acting().state.until();
         let look_at = self.look_at.filter(|_| !stopping && self.handler.is_none());

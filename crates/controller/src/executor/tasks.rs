@@ -8,12 +8,12 @@ use alloc::sync::Arc;
 use scol_mini::{Answer, MAX_TASKS, Machine, Number};
 
 impl Executor {
-    /// Answers the statement of the task, which was no motion.
+    /// Answers the statement of the task, which was not a motion.
     pub(crate) fn answer(&mut self, task: &mut Task, answer: Answer) -> Step {
         task.answer(self.memory_mut(), answer, false)
     }
 
-    /// Ends the statement of the task, which was no motion.
+    /// Ends the statement of the task, which was not a motion.
     pub(crate) fn done(&mut self, task: &mut Task) -> Step {
         self.answer(task, Answer::Done)
     }
@@ -28,7 +28,7 @@ impl Executor {
         // The main program always counts, and this task has been taken out of the others.
         let others = self.tasks.len() + usize::from(task.id() != MAIN_TASK);
         if others + 1 >= MAX_TASKS {
-            let reason = format!("there are {MAX_TASKS} tasks already, the most");
+            let reason = format!("at most {MAX_TASKS} tasks can run, and all of them do");
             return task.give_up(alarm::TOO_MANY_TASKS, reason);
         }
         let id = self.free_task_id(task);
@@ -81,12 +81,13 @@ impl Executor {
         id == 0 || *self.arm_owner.get_or_insert(id) == id
     }
 
-    /// Whether the task moves the arm; the statement of DO does, whoever owns it.
+    /// Whether the task moves the arm; the statement of DO always may.
     pub(crate) fn owns_arm(&self, task: &Task) -> bool {
         task.id() == 0 || self.arm_owner == Some(task.id())
     }
 
-    /// A task is over: whether a motion ends with it. With the main program the motion of every task does.
+    /// A task has ended; returns whether a motion ends with it. The end of the main program ends the motions of all
+    /// tasks.
     pub(crate) fn release_arm(&mut self, id: u16) -> bool {
         let ends = self.arm_owner == Some(id) || (id == MAIN_TASK && self.arm_owner.is_some());
         if ends {

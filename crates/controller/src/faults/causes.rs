@@ -26,7 +26,7 @@ ts3100_proto::codes! {
         Link = "until the host is connected again",
         /// The channel, until two records and two outputs of PRINT have passed or a program starts.
         Channel = "the channel, up to the second record after it",
-        /// Everything, until the robot is as it was: power, servo, key, alarms, and a program that ran.
+        /// Everything, until the robot has its previous state: power, servo, key, alarms, and a program that ran.
         Machine = "until the robot is as it was before",
     }
     /// The phrase for lists.
@@ -72,7 +72,7 @@ pub static CAUSES: &[CauseRow] = &[
             &rules::LEFT_IN_EXCHANGE,
             &rules::LEFT_JOGGING,
         ],
-        reason: "A host cannot end an exchange whose text it has not read, or not in time; it gives up, and begins again.",
+        reason: "A host cannot end an exchange whose text it did not read in time; it gives up and begins again.",
     },
     CauseRow {
         kinds: &[
@@ -129,7 +129,7 @@ pub static CAUSES: &[CauseRow] = &[
             &rules::HALF_DUPLEX,
             &rules::FILE_WITHOUT_DOWNLOAD,
         ],
-        reason: "What the host sends crosses a text that comes late, twice or not at all; it repeats its last text.",
+        reason: "The host's bytes cross a text that comes late, twice or not at all; it repeats its last text.",
     },
     CauseRow {
         kinds: &["ng"],

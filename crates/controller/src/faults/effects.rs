@@ -25,7 +25,7 @@ const COMMANDS: u8 = 2;
 /// The same for a channel: two records, and two outputs of PRINT.
 const RECORDS_AND_PRINTS: u8 = 4;
 
-/// State that has to return to what it was before a fault counts as over.
+/// State that has to return to its previous value before a fault counts as ended.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct MachineState {
@@ -62,8 +62,8 @@ struct FaultEffect {
     block: u32,
     /// See [`Reach::Exchange`] and [`Reach::Silence`].
     exchange: bool,
-    /// Until when what hosts send waits, and a little longer: connections that were made behind a stalled one are served one
-    /// after the other when it is reset.
+    /// Time until which the bytes of hosts wait, and a little longer: connections that were made after a stalled one
+    /// are served one after the other when it is reset.
     stalled_until: Option<Time>,
     /// Steps until [`Reach::Following`] or [`Reach::Channel`] ends.
     steps: u8,
@@ -151,8 +151,8 @@ impl FaultEffect {
         }
     }
 
-    /// Whether a command that comes now was sent before the host could know of the fault: it is the changed text itself,
-    /// or has waited behind a stalled connection.
+    /// Whether a command that comes now was sent before the host could know of the fault: it is the changed text
+    /// itself, or has waited for a stalled connection.
     fn precedes_command(&self, now: Time) -> bool {
         let is_changed = self.input && matches!(self.kind.name, "flipped-bit" | "parity-error");
         is_changed || self.stalled_until.is_some_and(|until| now <= until)
@@ -223,7 +223,7 @@ impl FaultEffects {
         self.drop_ended();
     }
 
-    /// The host has read a text: it is not one that waited behind a stalled connection.
+    /// The host has read a text that did not wait for a stalled connection.
     pub(crate) fn acknowledged(&mut self, port: Port) {
         for effect in self.0.iter_mut().filter(|effect| effect.port == port) {
             effect.stalled_until = None;
@@ -254,7 +254,7 @@ impl FaultEffects {
         self.drop_ended();
     }
 
-    /// Part of what the host sends on a port is lost by a finding with a cause.
+    /// A finding with a cause has lost part of the bytes of the host on a port.
     pub(crate) fn input_lost(&mut self, port: Port, cause: FaultCause) {
         for effect in self.0.iter_mut().filter(|effect| effect.port == port) {
             effect.input |= effect.fault == cause.id;
@@ -269,7 +269,7 @@ impl FaultEffects {
         self.drop_ended();
     }
 
-    /// A program has started: what was in the buffers of the channels is gone.
+    /// A program has started and emptied the buffers of the channels.
     pub(crate) fn program_started(&mut self) {
         for effect in &mut self.0 {
             if effect.port.protocol().is_none() {
@@ -305,7 +305,7 @@ impl FaultEffects {
         }
     }
 
-    /// Ends the effects on a machine that is as it was before.
+    /// Ends the effects on a machine that has its previous state again.
     pub(crate) fn end_actions(&mut self, now: Time, state: MachineState) {
         for effect in &mut self.0 {
             let is_whole = |machine: &MachineEffect| {

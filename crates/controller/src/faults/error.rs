@@ -16,7 +16,6 @@ pub enum FaultError {
     /// The kind has no such key.
     #[error("{kind}: unknown key `{key}`{hint}")]
     UnknownKey {
-        /// The kind.
         kind: &'static str,
         /// The key found.
         key: String,
@@ -25,18 +24,11 @@ pub enum FaultError {
     },
     /// A key appears twice.
     #[error("{kind}: the key `{key}` is given twice")]
-    DuplicateKey {
-        /// The kind.
-        kind: &'static str,
-        /// The key.
-        key: String,
-    },
+    DuplicateKey { kind: &'static str, key: String },
     /// A value has the wrong form or is out of range.
     #[error("{kind}: {key}: expected {expected}, found `{found}`")]
     InvalidValue {
-        /// The kind.
         kind: &'static str,
-        /// The key.
         key: String,
         /// Accepted values.
         expected: String,
@@ -46,7 +38,6 @@ pub enum FaultError {
     /// No site can match the fault.
     #[error("cannot arm {kind}: {reason}; {advice}")]
     NeverFires {
-        /// The kind.
         kind: &'static str,
         /// Why it never fires.
         reason: String,

@@ -1,4 +1,4 @@
-//! What a kind of fault is: its name, its parameters with units and bounds, where it applies, and what it does there.
+//! Definition of a kind of fault: its name, its parameters with units and bounds, its occasions, and its effect.
 //!
 //! [`FaultKind`] is one row of the table in `kinds`, which has one file a kind. `mod` decides which fault fires at a
 //! [`FaultSite`]; `spec` parses and writes faults.
@@ -121,7 +121,7 @@ pub(super) fn parse_escaped(text: &str) -> Option<Vec<u8>> {
 /// Change that a fault makes at its site.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Effect {
-    /// Nothing: the command, text or bytes go on as they are.
+    /// Nothing: the command, text or bytes pass unchanged.
     Unchanged,
     /// They are dropped, as if never received or sent.
     Lost,
@@ -194,10 +194,10 @@ impl fmt::Display for FaultSite<'_> {
     }
 }
 
-/// Applies a fault at a site. Returns what it changes, and the message for the log: `the answer to SU is not sent`.
+/// Applies a fault at a site. Returns its change and the message for the log: `the answer to SU is not sent`.
 pub(crate) type ApplyFn = fn(&mut FaultContext<'_>, &ParameterValues, &FaultSite<'_>) -> (Effect, String);
 
-/// All that a kind of fault may reach besides what it sees at its place.
+/// Access of a kind of fault beyond its site.
 #[derive(Debug)]
 pub(crate) struct FaultContext<'a> {
     /// The random numbers of faults.
@@ -259,7 +259,8 @@ pub struct FaultKind {
     /// Whether it applies at this point, to the FL text of this number, with these parameters. Called only for the
     /// points of `points`.
     pub applies: fn(&ParameterValues, InjectionPoint, u32) -> bool,
-    /// Whether the host still has a reply by which it can go on: it decides what the fault excuses (`effects`).
+    /// Whether the host still has a reply with which it can continue; it decides about the findings that the fault
+    /// excuses (`effects`).
     pub reply: ReplyArrival,
     /// Rejects combinations of filter and parameters that make no sense.
     pub validate: fn(&super::FaultFilter, &ParameterValues) -> Result<(), FaultError>,
@@ -293,7 +294,7 @@ impl PartialEq for FaultKind {
 
 impl Eq for FaultKind {}
 
-/// Points of faults in what is sent.
+/// Points of faults in sent bytes.
 pub(super) const OUTGOING: &[InjectionPoint] = &[InjectionPoint::Reply, InjectionPoint::Print];
 /// Points that can trigger a fault of the machine.
 pub(super) const MACHINE: &[InjectionPoint] = &[InjectionPoint::Command, InjectionPoint::Record];

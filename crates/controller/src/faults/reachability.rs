@@ -116,7 +116,7 @@ impl Fault {
     /// Checks that the fault can fire.
     ///
     /// # Errors
-    /// [`FaultError::NeverFires`], with advice on what to change.
+    /// [`FaultError::NeverFires`], with a remedy.
     pub(crate) fn check_can_fire(&self) -> Result<(), FaultError> {
         let never = |reason: String, advice: String| FaultError::NeverFires {
             kind: self.kind.name,
@@ -136,14 +136,14 @@ impl Fault {
         let filters = self.active_filters().map(|(key, value)| format!("{key}={value}"));
         let filters: Vec<String> = filters.collect();
         let (filters, points) = (filters.join(" and "), points.join(" or "));
-        let reason = format!("no occasion has {filters} (it waits for {points})");
+        let reason = format!("no occasion matches {filters} (it waits for {points})");
         Err(never(reason, self.advice()))
     }
 
-    /// Checks that a controller of this type can do what the fault does to it.
+    /// Checks that the fault can act on a controller of this type.
     ///
     /// # Errors
-    /// [`FaultError::NeverFires`], with advice on what to change.
+    /// [`FaultError::NeverFires`], with a remedy.
     pub fn check_possible_on(&self, controller: ControllerType) -> Result<(), FaultError> {
         let turns_key = self.kind.name == key_turned::KIND.name;
         if turns_key && self.values.word("to") == KeySwitch::Internal.word() && !controller.has_internal() {

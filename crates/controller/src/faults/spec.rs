@@ -41,9 +41,9 @@ impl ParameterType {
             }
             ParameterType::Word(words) => words.join(" or "),
             ParameterType::Text { most } => {
-                format!("a text of at most {most} bytes, control codes as <CR> or <1A>")
+                format!("at most {most} bytes, control codes as <CR> or <1A>")
             }
-            ParameterType::Alarm => "the number of an alarm the controller has, such as 2-046".to_string(),
+            ParameterType::Alarm => "the number of an alarm of the controller, for example 2-046".to_string(),
         }
     }
 
@@ -301,7 +301,7 @@ fn parse_command(kind: &'static FaultKind, value: &str) -> Result<String, FaultE
     let rows = COMMANDS.iter().filter(|row| row.permission.is_some());
     let mut letters = rows.map(|row| row.letters);
     let found = letters.find(|letters| letters.eq_ignore_ascii_case(value));
-    let wrong = || kind.invalid_value("command", "the letters of a command, such as RN", value);
+    let wrong = || kind.invalid_value("command", "the letters of a command, for example RN", value);
     found.map(ToString::to_string).ok_or_else(wrong)
 }
 

@@ -128,7 +128,7 @@ fn what_is_no_fault_is_refused_with_what_was_expected_and_found() {
         ("no-reply:after=1,after=2", "the key `after` is given twice"),
         (
             "no-reply:command=XX",
-            "expected the letters of a command, such as RN, found `XX`",
+            "expected the letters of a command, for example RN, found `XX`",
         ),
         ("no-reply:command=OK", "the letters of a command"),
         (
@@ -152,7 +152,7 @@ fn what_is_no_fault_is_refused_with_what_was_expected_and_found() {
         ("late-reply:delay=0.0001s", "from 0 to 600000"),
         ("split-bytes:size=0", "a whole number of bytes from 1 to 512"),
         ("flipped-bit:bit=8", "from 0 to 7"),
-        ("alarm:number=9-999", "the number of an alarm the controller has"),
+        ("alarm:number=9-999", "the number of an alarm of the controller"),
         ("wrong-reply:text=\"OK", "KIND:key=value"),
         ("wrong-reply:text=<QQ>", "a text of at most 253 bytes"),
         ("drive-full:command=UL", "expected DL or MW, found `UL`"),

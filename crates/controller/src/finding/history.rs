@@ -1,4 +1,4 @@
-//! What the checks remember of a host between texts.
+//! Memory of the checks about a host between texts.
 
 use crate::prelude::*;
 use crate::time::Time;
@@ -14,7 +14,7 @@ pub struct HostHistory {
     pub(crate) last_refused: Option<(Vec<u8>, u32)>,
     /// The controller's last text was an unsolicited SP. A host cannot keep 50 ms after a text it does not expect.
     pub unsolicited_sp_sent: bool,
-    /// A text of a file was refused before its end. A host that ignores the answer goes on sending the file.
+    /// A text of a file was refused before its end. A host that ignores the answer continues to send the file.
     pub file_refused: bool,
 }
 

@@ -1,4 +1,4 @@
-//! What a finding says: words, or what becomes words when somebody reads it.
+//! Message of a finding: words, or values that are formatted when the message is read.
 
 use crate::prelude::*;
 use alloc::sync::Arc;
@@ -8,7 +8,7 @@ use core::time::Duration;
 /// Most characters in the message of a finding.
 pub const MAX_MESSAGE: usize = 500;
 
-/// What happened, in one line. What a hasty host does with each text is put into words when somebody reads it.
+/// Message in one line. A message that a hasty host causes with each text is formatted only when it is read.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Message {
     /// In words, shared by all who keep it; at most [`MAX_MESSAGE`] characters.
@@ -68,7 +68,7 @@ impl fmt::Display for Message {
             Message::Interrupts { command } => {
                 write!(
                     f,
-                    "{command} came where OK or NG was awaited; that exchange is over"
+                    "the host sent {command} instead of OK or NG; the exchange has ended"
                 )
             }
             Message::Again { command, since } => {

@@ -14,7 +14,6 @@ use ts3100_proto::text::{CR, LF};
 pub enum Datum {
     /// No complete value yet: neither comma nor CR has arrived (INP-16).
     Incomplete,
-    /// A number.
     Value(Number),
     /// Nothing between two separators; counts as 0 (INP-17).
     Empty,
@@ -55,7 +54,7 @@ impl Channel {
         self.ring.clear();
     }
 
-    /// Sets the peer; a record that the previous one began is over. Returns whether there was a previous one since
+    /// Sets the peer and drops a record that the previous one began. Returns whether there was a previous one since
     /// power-on.
     pub fn connect_peer(&mut self, peer: String) -> bool {
         let replaced = self.peer.replace(peer).is_some();

@@ -9,7 +9,7 @@ use crate::port::Port;
 use crate::prelude::*;
 use alloc::collections::BTreeMap;
 
-/// The channels when the power comes on, and what has come since.
+/// The channels at power-on, and the changes since.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Channels {
     /// COM1, IP1 and IP2. IP3 has one for the name of its peer only: its data is discarded.

@@ -1,7 +1,7 @@
-//! What a motion asks of the axes between two moments: distance and torque.
+//! The effort of a motion between two moments: distance and torque of each axis.
 //!
-//! Torque is the part of its acceleration that an axis uses, as the statement TORQUE counts it: the inertia is not known,
-//! so the available acceleration stands for it. `crate::arm` adds up the efforts of all motions.
+//! Torque is the part of its acceleration that an axis uses, as the statement TORQUE counts it: the inertia is not
+//! known, so the available acceleration is used instead. `crate::arm` adds up the efforts of all motions.
 
 use super::path::Path;
 use super::pose::{minus, pairwise, plus};
@@ -63,8 +63,8 @@ impl Effort {
     }
 }
 
-/// What the axes do while a path is gone through from second `from` to second `to` of its course. `load` is the part
-/// of their acceleration that the load in the hand leaves them.
+/// Effort of the axes between the seconds `from` and `to` of a path. `load` is the part of their acceleration that the
+/// load in the hand leaves them.
 pub(super) fn between(
     model: &ArmModel,
     path: &Path,
@@ -96,7 +96,7 @@ pub(super) fn between(
     effort
 }
 
-/// The torque that three postures a step apart tell of, for so many seconds.
+/// The torque computed from three postures a step apart, and its duration in seconds.
 fn add_torque(
     effort: &mut Effort,
     model: &ArmModel,

@@ -138,8 +138,8 @@ pub(crate) fn digits(kind: &ArmKind, joints: &Joints) -> [u8; 5] {
     }
 }
 
-/// The posture of the shoulder, elbow and wrist in `digits`, every turning axis on the turn next to `near`,
-/// limits aside: for points of a path, where the axes go on from where they are.
+/// The posture of the shoulder, elbow and wrist in `digits`, every turning axis on the turn next to `near`, limits
+/// aside: for points of a path, where the axes continue from their present turn.
 pub(crate) fn follow(kind: &ArmKind, flange: &Place, digits: [u8; 5], near: &Joints) -> PostureResult {
     let mut joints = solve(kind, flange, digits, near)?;
     for (index, (joint, near)) in joints.iter_mut().zip(near).enumerate() {

@@ -152,7 +152,7 @@ impl Planner<'_> {
         }
     }
 
-    /// The target first: what cannot be reached at all is reported as such, not as a point of the path.
+    /// The target first: an unreachable target is reported as such, not as a point of the path.
     fn ends(&self, end: &Pose, config: [u8; 5]) -> Result<Ends, MotionError> {
         let kind = &self.model.kind;
         let end = (end.transform(), end.uv);

@@ -16,7 +16,7 @@ use libm::ceil;
 /// 250000.00000001 us stays 250000.
 const MICROSECOND_SLACK: f64 = 1e-3;
 
-/// The time after its start of what does not come.
+/// The time of an event that never happens.
 const NEVER: Duration = Duration::from_micros(u64::MAX);
 
 /// Highest rate of a path that takes no time, 1/s.
@@ -85,7 +85,7 @@ impl Motion {
         Motion::starting(path, full, tool_way, limits, duration <= 0.0)
     }
 
-    /// One that is over at once is `still`. A path that rests at its end by itself begins at its full speed too.
+    /// A motion without length is `still`. A path that rests at its end by itself begins at its full speed too.
     fn starting(path: Path, full: Ability, tool_way: f64, limits: &Limits, still: bool) -> Motion {
         let mut motion = Motion {
             path,
@@ -223,7 +223,7 @@ impl Motion {
         self.path.joints_at(part)
     }
 
-    /// What the axes do between two times after the start. `load` is the part of their acceleration that the load
+    /// Effort of the axes between two times after the start. `load` is the part of their acceleration that the load
     /// leaves them.
     pub fn effort(&self, model: &ArmModel, load: f64, from: Duration, to: Duration) -> Effort {
         let (from, to) = (self.course_seconds(from), self.course_seconds(to));
@@ -261,15 +261,16 @@ impl Motion {
         self.phase == MotionPhase::Held
     }
 
-    /// Feed hold released: the motion goes on from where it is, to its end. Nothing happens to one not held.
+    /// Feed hold released: the motion continues from its present place to its end. A motion that is not held is
+    /// unchanged.
     pub fn resume(&mut self, at: Duration) {
         if self.phase == MotionPhase::Held {
             self.change(MotionPhase::Moving, at);
         }
     }
 
-    /// New limits from `at` on: the motion goes on from its present place and speed. A held one takes them when it
-    /// is resumed; one stopped or over does not.
+    /// New limits from `at` on: the motion continues from its present place and speed. A held one takes them when it is
+    /// resumed; a stopped or finished one does not.
     pub fn set_limits(&mut self, at: Duration, limits: &Limits) {
         match self.phase {
             MotionPhase::Moving if at < self.duration() => {
@@ -294,7 +295,7 @@ impl Motion {
         self.phase == MotionPhase::Stopped
     }
 
-    /// One that was given up goes on after all, from where it is at `at`, within these limits.
+    /// Continues a motion that was given up, from its place at `at`, within these limits.
     pub fn continue_from(&mut self, at: Duration, limits: &Limits) {
         if self.phase == MotionPhase::Stopped {
             self.phase = MotionPhase::Held;

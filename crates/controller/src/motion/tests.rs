@@ -496,7 +496,7 @@ fn a_path_over_axis_1_or_beyond_a_limit_is_refused() {
     );
     let said = std::string::ToString::to_string(&found);
     assert!(
-        said.contains("singular posture of the wrist (axes 4 and 6 in line), axis 4 would have to jump"),
+        said.contains("singular posture of the wrist (axes 4 and 6 in line); axis 4 would have to jump"),
         "{said}"
     );
     // Both ends are within the limits; between them axis 2 would have to fold further than it can.

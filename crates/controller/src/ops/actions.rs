@@ -1,4 +1,4 @@
-//! What the owner of the controller does to the robot without a command: `crate::action`.
+//! Actions of the owner of the controller on the robot, without a command: `crate::action`.
 //!
 //! `controller::owner` calls these; a refusal says why in a sentence.
 

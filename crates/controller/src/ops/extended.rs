@@ -1,5 +1,5 @@
-//! SM AC AH IO HI HO PR VL ZS: what real host programs ask beyond the manual (hosts.md 2). Served only
-//! with the option `extensions`.
+//! SM AC AH IO HI HO PR VL ZS: commands of real host programs beyond the manual (hosts.md 2). Served only with the
+//! option `extensions`.
 
 use super::CommandContext;
 use super::variables::in_range;

@@ -80,7 +80,7 @@ impl Robot {
         Ok(())
     }
 
-    /// The speed override, from 1 to 100 percent; the motion under way goes on with it.
+    /// The speed override, from 1 to 100 percent; the current motion takes it.
     pub(crate) fn set_override(&mut self, percent: u8) {
         self.panel.set_override(percent.clamp(1, 100));
         self.arm.set_speed_limits(self.context.now, self.pace());
@@ -117,7 +117,7 @@ impl Robot {
             .event(self.panel.end_servo_interval(self.context.now));
     }
 
-    /// Automatic operation starts, or goes on (CMD-RN-01, CMD-RN-05).
+    /// Starts or continues automatic operation (CMD-RN-01, CMD-RN-05).
     pub(crate) fn start(&mut self) -> Result<(), OperateError> {
         if self.executor.program_runs() {
             self.end_pause();
@@ -203,7 +203,7 @@ impl Robot {
         self.executor.power_off(self.context.now);
     }
 
-    /// Power on: links are made anew.
+    /// Power on: links are opened again.
     pub(crate) fn power_on(&mut self) {
         if self.panel.state().powered {
             return;

@@ -1,4 +1,4 @@
-//! SU SF EU VR: what the controller tells about itself. The layouts are in `ts3100_proto::status`.
+//! SU SF EU VR: the status of the controller. The layouts are in `ts3100_proto::status`.
 
 use super::CommandContext;
 use crate::alarm::Alarm;

@@ -77,7 +77,7 @@ impl Robot {
         }
     }
 
-    /// RESTORE is over, and the program goes on.
+    /// RESTORE has ended, and the program continues.
     pub(crate) fn end_restore(&mut self, direct: bool, restored: Result<(), impl Display>) {
         if let Err(reason) = restored {
             self.raise(alarm::NOT_RESTORED, format!("RESTORE: {reason}"));
@@ -167,7 +167,7 @@ fn value(kind: ValueKind, numbers: &[Number], arm: Arm) -> VariableResult<Value>
         expected,
         found: found.join(" "),
         hint: match may_be_too_long {
-            true => "; a comma separates values: the decimal sign is a point",
+            true => "; a comma separates values: write decimals with a point",
             false => "",
         },
     };

@@ -1,4 +1,4 @@
-//! Checks of what a host does to the robot against the rules of `finding::rules`. Nothing here changes an answer.
+//! Checks of the effects of a host on the robot against the rules of `finding::rules`. Nothing here changes an answer.
 
 use crate::finding::{MAX_BYTES, Rule, rules};
 use crate::port::Port;
@@ -8,7 +8,7 @@ use ts3100_proto::name::FileName;
 use ts3100_proto::text::{CR, EOF, ETX, LF, STX};
 
 impl Robot {
-    /// Checks what the arm did when the peer of a port disconnected.
+    /// Checks the arm when the peer of a port disconnects.
     pub(crate) fn check_left_jogging(&mut self, port: Port) {
         if self.arm.is_guided_from(port) && self.arm.is_jogging() {
             let text = "the connection ended while JG guided the arm; it stops";
@@ -16,7 +16,7 @@ impl Robot {
         }
     }
 
-    /// Checks what a program had of the peer of its channel that disconnected.
+    /// Checks the program when the peer of its channel disconnects.
     pub(crate) fn check_left_channel(&mut self, port: Port) {
         let Some(channel) = self.channels.get(port).filter(|channel| channel.peer().is_some()) else {
             return;
@@ -36,15 +36,16 @@ impl Robot {
     /// The rule that a command breaks by being obeyed now. Call it only for a command that is not refused.
     pub(crate) fn command_risk(&self, command: &Command) -> Option<(&'static Rule, &'static str)> {
         if *command == Command::Br && self.executor.is_running() {
-            let text = "BR while the robot runs; the motion is broken off (CMD-BR-02)";
+            let text = "BR while the robot runs; the motion ends (CMD-BR-02)";
             return Some((&rules::SERVO_OFF_RUNNING, text));
         }
         if matches!(command, Command::Mw(_)) && self.executor.program_runs() {
-            let text = "MW while the program runs; it acts at once (CMD-MW-06)";
+            let text = "MW while the program runs; it takes effect immediately (CMD-MW-06)";
             return Some((&rules::WRITE_WHILE_RUNNING, text));
         }
         let too_long = matches!(command, Command::Dl(name) if !name.fits_editor());
-        let text = "the file is taken; file names have at most 8 characters and an extension of at most 3";
+        let text =
+            "the file is accepted; file names should have at most 8 characters and an extension of at most 3";
         too_long.then_some((&rules::LONG_FILE_NAME, text))
     }
 
@@ -52,11 +53,11 @@ impl Robot {
     pub(crate) fn check_download(&mut self, port: Port, name: &FileName, content: &[u8], last: &[u8]) {
         let label = name.as_str();
         if last.ends_with(&[EOF, CR]) {
-            let text = format!("{label}: CR after EOF; taken all the same");
+            let text = format!("{label}: CR after EOF; accepted");
             self.context.report(&rules::CR_AFTER_EOF, port, last, text);
         }
         if name.is_parameter() {
-            let text = format!("{label} is stored and acts after the power was off (5.2.3)");
+            let text = format!("{label} is stored and takes effect at the next power-on (5.2.3)");
             self.context.report(&rules::PARAMETER_PENDING, port, last, text);
             for problem in self.problems(label, content) {
                 self.context
@@ -68,11 +69,11 @@ impl Robot {
             let line = content
                 .get(at.saturating_sub(MAX_BYTES / 2)..=at)
                 .unwrap_or_default();
-            let text = format!("{label}: lines end with LF; taken all the same (5.4.1)");
+            let text = format!("{label}: lines end with LF; accepted (5.4.1)");
             self.context.report(&rules::FILE_LINE_ENDS, port, line, text);
         }
         if self.executor.file() == label {
-            let text = format!("{label} is selected; the next RN takes the new one");
+            let text = format!("{label} is selected; the next RN runs the new one");
             self.context.report(&rules::SELECTED_OVERWRITTEN, port, &[], text);
         }
     }
@@ -85,7 +86,7 @@ impl Robot {
                 .report(&rules::PROTOCOL_ON_CHANNEL, port, bytes, text);
         }
         if bytes.contains(&LF) {
-            let text = "LF in a record; it is left out";
+            let text = "LF in a record; it is dropped";
             self.context.report(&rules::INPUT_LINE_FEED, port, bytes, text);
         }
         if !self.executor.reads_from(port) {

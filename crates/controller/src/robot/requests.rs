@@ -1,4 +1,4 @@
-//! Serves what a statement requests from the robot: motion, PRINT, INPUT, DELAY, outputs, hands, and the statements that
+//! Serves the requests of statements to the robot: motion, PRINT, INPUT, DELAY, outputs, hands, and the statements that
 //! change a motion under way (BREAK, PAUSE, RESUME).
 //!
 //! `scheduler` runs the program until it requests something, calls `serve()`, and waits until the request is done.
@@ -83,7 +83,7 @@ impl Robot {
 
     fn start_motion(&mut self, task: &mut Task, motion: &Motion) -> Step {
         if !self.executor.takes_arm(task) {
-            let reason = format!("task {} wants to move it", task.id());
+            let reason = format!("task {} has to move it", task.id());
             return task.give_up(alarm::ARM_TAKEN, reason);
         }
         if self.is_held() {
@@ -158,7 +158,7 @@ impl Robot {
         }
     }
 
-    /// The motion of a statement has begun: the statement is over when the arm has arrived, or at once.
+    /// The motion of a statement has begun: the statement ends when the arm arrives, or immediately.
     pub(crate) fn begun(&mut self, task: &mut Task, lead: Duration, at_once: bool) -> Step {
         self.executor.begin_motion(task.line());
         if at_once {
@@ -304,7 +304,7 @@ impl Robot {
         message
     }
 
-    /// The INPUT is over with these values. A fault in storing them would only repeat what the alarm says.
+    /// Ends the INPUT with these values. A fault in storing them would only repeat the alarm.
     fn cancel_input(&mut self, task: &mut Task, values: Vec<Number>, code: AlarmCode, reason: &str) -> Step {
         // The text first: the answer moves the task on to the next line.
         let step = task.alarm(code, reason);
@@ -326,7 +326,7 @@ impl Robot {
         self.executor.done(task)
     }
 
-    /// PULOUT: the output goes on now and off later; the program does not wait.
+    /// PULOUT: turns the output on now and off later; the program does not wait.
     fn pulse_output(&mut self, task: &mut Task, output: u16, seconds: f64) -> Step {
         let bus = self.context.config.options.field_bus;
         if !Signals::is_user_output(output, bus) {
@@ -337,7 +337,8 @@ impl Robot {
         self.executor.done(task)
     }
 
-    /// BREAK: the motion under way is given up. Whoever waits for it goes on when the arm rests, and so does this.
+    /// BREAK: gives up the current motion. Statements that wait for it continue when the arm rests, and so does this
+    /// one.
     fn break_motion(&mut self, task: &mut Task) -> Step {
         self.arm.stop(self.context.now);
         self.end_pause();
@@ -348,14 +349,14 @@ impl Robot {
         step
     }
 
-    /// Lets the arm go on after PAUSE, unless feed hold holds it too.
+    /// Continues the motion after PAUSE, unless feed hold holds it too.
     pub(crate) fn end_pause(&mut self) {
         if self.executor.resume() && !self.panel.state().feed_hold {
             self.arm.resume(self.context.now);
         }
     }
 
-    /// Whether no motion may go on or begin.
+    /// Whether no motion may continue or begin.
     pub(crate) fn is_held(&self) -> bool {
         self.panel.state().feed_hold || self.executor.is_paused()
     }

@@ -12,7 +12,7 @@ use crate::robot::{Robot, RunNotice};
 use ts3100_proto::status::AlarmLevel;
 
 impl Robot {
-    /// Automatic operation starts or goes on.
+    /// Starts or continues automatic operation.
     pub(crate) fn run_program(&mut self) {
         // First: it asks whether the program stands at step 1, which `start()` changes.
         self.take_up_motion();
@@ -23,8 +23,8 @@ impl Robot {
         self.report_status();
     }
 
-    /// The motion that a stop (retry) cut short goes on, and its statement waits for it again; if the arm has been
-    /// moved since, the statement is done again from where it stands now.
+    /// Continues the motion that a stop (retry) cut short, and its statement waits for it again; if the arm was moved
+    /// since, the statement is repeated from the present posture.
     fn take_up_motion(&mut self) {
         let locked = self.panel.state().machine_lock;
         if self.executor.is_reset() || locked || !self.arm.resume_interrupted(self.context.now, self.pace()) {
@@ -43,8 +43,7 @@ impl Robot {
         }
     }
 
-    /// The program is to stop when the present step has ended.
-    /// A motion guided by hand is no step and ends at once.
+    /// Stops the program after the present step. A motion guided by hand ends immediately.
     pub(crate) fn stop_after_step(&mut self, by: StopCause) {
         self.arm.stop_jog(self.context.now);
         self.executor.request_stop(by);
@@ -105,7 +104,7 @@ impl Robot {
         }
     }
 
-    /// Tells the log where the program stands.
+    /// Logs the place of the program.
     pub(crate) fn report_status(&mut self) {
         self.context.outputs.event(Event::Status {
             status: self.executor.shown_status(),

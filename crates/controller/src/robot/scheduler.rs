@@ -19,7 +19,8 @@ use core::cell::Cell;
 use scol_mini::{Memory, MonitorAction, Pause};
 use ts3100_proto::command::RunMode;
 
-/// What a statement asks of the controller, which alone sees ports and robot together. The program goes on when it is done.
+/// Request of a statement to the controller, which alone sees ports and robot together. The program continues when it
+/// is done.
 #[derive(Debug)]
 pub(crate) enum RunEffect {
     /// Bytes of a PRINT on their way to a port.
@@ -29,7 +30,7 @@ pub(crate) enum RunEffect {
         /// By the program, not by DO.
         by_program: bool,
     },
-    /// RESTORE writes the file anew.
+    /// RESTORE writes the file.
     Restore {
         change: Box<Change>,
         /// By DO.
@@ -48,9 +49,9 @@ pub(crate) enum Turn {
 }
 
 impl Robot {
-    /// Runs the program and the statement of DO as far as they go at this instant, or up to something that is asked of the
-    /// controller. After bytes of a PRINT the program goes on when they are sent ([`Robot::printed`]), because the next PRINT
-    /// waits for the room that they leave.
+    /// Runs the program and the statement of DO as far as they go at this instant, or up to something that is asked of
+    /// the controller. After bytes of a PRINT the program continues when they are sent ([`Robot::printed`]), because
+    /// the next PRINT waits for the room that they leave.
     pub(crate) fn run(&mut self, ports: &dyn PortFacts) -> Option<RunEffect> {
         if self.panel.state().powered {
             loop {
@@ -71,7 +72,7 @@ impl Robot {
         None
     }
 
-    /// The bytes of a PRINT are sent: its step is over.
+    /// The bytes of a PRINT are sent: its step ends.
     pub(crate) fn printed(&mut self, by_program: bool) {
         if by_program {
             self.between_steps(false);
@@ -150,7 +151,7 @@ impl Robot {
         Turn::Taken
     }
 
-    /// A step is over: the operation mode may end the run here.
+    /// A step has ended: the operation mode may end the run here.
     pub(crate) fn between_steps(&mut self, motion: bool) {
         let stops = match self.panel.state().run_mode {
             RunMode::Step => true,
@@ -179,7 +180,7 @@ impl Robot {
         self.show_cycle_end();
     }
 
-    /// A task is over, and its motion with it; with the main program the cycle is, and every motion.
+    /// A task has ended, and its motion with it; the end of the main program ends the cycle and every motion.
     pub(crate) fn end_task(&mut self, id: u16) {
         if self.executor.release_arm(id) {
             self.arm.stop(self.context.now);
@@ -192,7 +193,7 @@ impl Robot {
     }
 
     /// Carries a task forward as far as one statement, or one slice of statements. A handler goes first, unless
-    /// everything is to stop and it stands between its statements.
+    /// everything is to stop and it is between its statements.
     pub(crate) fn advance(
         &mut self,
         ports: &dyn PortFacts,
@@ -217,8 +218,8 @@ impl Robot {
         self.carry(ports, task, single || task.machine().has_monitors())
     }
 
-    /// ON ... DO: looks at the monitors of a task, between its statements, when something changes, and once a scan while time
-    /// alone can change them. `None` when nothing comes of it.
+    /// ON ... DO: looks at the monitors of a task, between its statements, when something changes, and once a scan
+    /// while time alone can change them. `None` if none acts.
     fn look_at_monitors(&mut self, task: &mut Task) -> Option<Step> {
         let seen = task.monitors_see(self.context.now)?;
         let (inputs, memory) = self.inputs_and_memory(seen);
@@ -248,7 +249,7 @@ impl Robot {
         task.end_step(self.executor.memory_mut(), wait, paused)
     }
 
-    /// Ends the wait of the task if it is over, or executes its next statements.
+    /// Ends the wait of the task if it has expired, or executes its next statements.
     fn carry(&mut self, ports: &dyn PortFacts, task: &mut Task, single: bool) -> Step {
         let now = self.context.now;
         let waits = match *task.state() {

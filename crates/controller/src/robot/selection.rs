@@ -10,7 +10,7 @@ use scol_mini::{Program, Severity};
 use ts3100_proto::name::{FileName, NameError};
 
 impl Robot {
-    /// Selects the file, which must compile; the program stands at its first step then.
+    /// Selects the file, which must compile, and sets its first step.
     ///
     /// # Errors
     /// See [`SelectError`].
@@ -56,7 +56,7 @@ impl Robot {
         }
     }
 
-    /// A file that was downloaded anew since it was selected is taken now.
+    /// Takes the new content of a file that was downloaded again since it was selected.
     ///
     /// # Errors
     /// See [`SelectError`].
@@ -65,7 +65,7 @@ impl Robot {
         stale.map_or(Ok(()), |name| self.select_file(&name))
     }
 
-    /// The selected file, if it was downloaded anew since.
+    /// The selected file, if it was downloaded again since.
     fn stale_file(&self) -> Result<Option<FileName>, NameError> {
         let stale = self.executor.selected().filter(|selected| selected.is_stale());
         stale.map(|stale| FileName::parse(stale.name())).transpose()

@@ -24,7 +24,7 @@ const RESETS: [u16; 4] = [din::PRG_RST, din::STEP_RST, din::CYC_RST, din::DO_RST
 const UNANSWERED: [u16; 3] = [din::ALM_RST, din::EX_SVON, din::RUN];
 
 impl Robot {
-    /// Ends the pulses of outputs that are over, and drives the inputs whose time has come.
+    /// Ends expired pulses of outputs, and drives the inputs that are due.
     pub(crate) fn change_due_lines(&mut self) {
         self.signals.end_due_pulses(self.context.now);
         for (line, on) in self.signals.take_due_inputs(self.context.now) {

@@ -50,7 +50,7 @@ fn parity_bit(parity: Parity, data: u8) -> bool {
     }
 }
 
-/// The levels of a character, one a bit, in the order in which they stand on the line.
+/// The levels of a character, one a bit, in the order of the line.
 fn levels(line: SerialSettings, byte: u8) -> impl Iterator<Item = bool> {
     let data = byte & mask(line);
     let parity = has_parity(line).then(|| parity_bit(line.parity, data));
@@ -149,7 +149,7 @@ impl Receiver {
         }
     }
 
-    /// The line is idle for so many microseconds.
+    /// The line is idle for this many microseconds.
     pub fn idle_for(&mut self, micros: u64, read: &mut Vec<Character>) {
         let units =
             2 * u128::from(self.sender.speed) * u128::from(self.own.speed) * u128::from(micros) / 1_000_000;
@@ -161,7 +161,7 @@ impl Receiver {
         self.advance(true, u64::MAX, read);
     }
 
-    /// The line has this level for so many units.
+    /// The line has this level for this many units.
     fn advance(&mut self, level: bool, units: u64, read: &mut Vec<Character>) {
         let mut rest = units;
         loop {

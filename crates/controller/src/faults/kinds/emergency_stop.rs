@@ -13,7 +13,7 @@ pub const KIND: FaultKind = FaultKind {
              and starts.",
     parameters: &[
         DELAY,
-        millis("release", "0").help("how long it stays pressed; 0: until it is released by hand"),
+        millis("release", "0").help("time for which it stays pressed; 0: until it is released by hand"),
     ],
     points: MACHINE,
     apply: |context, values, site| {

@@ -21,7 +21,7 @@ pub const KIND: FaultKind = FaultKind {
     parameters: &[
         word("way", &[OUT, IN]).help("out: towards the host; in: towards the robot"),
         number("byte", "bytes", (0, FARTHEST))
-            .help("how many bytes precede it, STX included; random by default"),
+            .help("number of bytes before it, STX included; random by default"),
         number("bit", "bits", (0, 7)).help("0 is the lowest, 7 the highest; random by default"),
     ],
     points: &[

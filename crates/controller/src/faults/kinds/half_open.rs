@@ -13,13 +13,14 @@ pub const KIND: FaultKind = FaultKind {
     summary: "Stops reading and writing on a connection without closing it, and resets it later.",
     remedy: "It has a time limit for every reply. After it, it closes the connection, connects again \
              until the robot answers, and reads the status.",
-    parameters: &[millis("lasts", "5000")
-        .help("how long until the robot resets the connection and accepts another one")],
+    parameters: &[
+        millis("lasts", "5000").help("time until the robot resets the connection and accepts another one")
+    ],
     points: OUTGOING,
     apply: |_, values, site| {
         let lasts = values.millis("lasts");
         let message = format!(
-            "{site} and all that follows is lost for {} ms; the connection stays open",
+            "{site} and everything after it is lost for {} ms; the connection stays open",
             lasts.as_millis()
         );
         let stall = Segment::after(Duration::ZERO, Departure::Stall);

@@ -16,7 +16,7 @@ pub const KIND: FaultKind = FaultKind {
     parameters: &[
         word("to", &["teaching", "internal", "ext"]).help("the new position; internal needs a TS3100"),
         millis("delay", "500").help("delay after the occasion"),
-        millis("back", "0").help("how long until it is turned back to EXT; 0: it is turned back by hand"),
+        millis("back", "0").help("time until it is turned back to EXT; 0: it is turned back by hand"),
     ],
     points: MACHINE,
     command: Some("RN"),

@@ -11,7 +11,7 @@ pub const KIND: FaultKind = FaultKind {
     summary: "Delays a text by `delay`.",
     remedy: "Its time limit is longer than the delay, or it drops a late reply before it sends the \
              command again.",
-    parameters: &[millis("delay", "6000").help("how late the text is sent")],
+    parameters: &[millis("delay", "6000").help("delay of the text")],
     points: OUTGOING,
     apply: |_, values, site| {
         let delay = values.millis("delay");

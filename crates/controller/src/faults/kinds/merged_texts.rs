@@ -1,6 +1,6 @@
 //! Fault `merged-texts`: two texts are sent in one write.
 //!
-//! The send queue holds the first text until the next one is sent or its time is over.
+//! The send queue holds the first text until the next one is sent or its time has expired.
 
 use crate::faults::kind::{FaultKind, OUTGOING, ReplyArrival, millis, sends};
 use crate::segment::{Departure, Segment};

@@ -11,7 +11,7 @@ pub const KIND: FaultKind = FaultKind {
     remedy: "It sends the command again after NG. After NG inside a download it begins with DL again.",
     points: &[InjectionPoint::Command],
     apply: |_, _, site| {
-        let reason = "a fault on purpose (ng)".into();
+        let reason = "an armed fault (ng)".into();
         (Effect::Refused(reason), format!("{site} is refused"))
     },
     reply: ReplyArrival::InTime,

@@ -15,7 +15,7 @@ pub const KIND: FaultKind = FaultKind {
     remedy: "On HOST it sends the command again without a reply or after NG. On COM1 the program prints \
              what it has read, and the host compares.",
     parameters: &[number("character", "characters", (0, FARTHEST))
-        .help("how many characters of one reading precede it; random by default")],
+        .help("number of characters before it in one reading; random by default")],
     points: &[InjectionPoint::Character],
     apply: |context, values, site| {
         let last = site.bytes.len().saturating_sub(1);

@@ -23,7 +23,7 @@ pub const KIND: FaultKind = FaultKind {
             true => Effect::Lost,
             false => Effect::Unchanged,
         };
-        (effect, format!("the power goes at {site}"))
+        (effect, format!("the power goes off at {site}"))
     },
     ..FaultKind::DEFAULT
 };

@@ -19,7 +19,7 @@ pub const KIND: FaultKind = FaultKind {
     remedy: "It connects again, drops the unfinished text, reads the status, and repeats what was not done.",
     parameters: &[
         number("bytes", "bytes", (0, MAX_SEND as u64))
-            .help("how many bytes are sent; half of the text by default"),
+            .help("number of bytes that are sent; half of the text by default"),
         word("how", &["reset", "close"]).help("reset: RST; close: an orderly end (FIN)"),
     ],
     points: OUTGOING,

@@ -15,7 +15,7 @@ pub const KIND: FaultKind = FaultKind {
     points: MACHINE,
     apply: |context, values, site| {
         context.schedule(values.millis("delay"), ScheduledAction::Alarm(SERVO_FAILURE));
-        (Effect::Unchanged, format!("the servo drops out after {site}"))
+        (Effect::Unchanged, format!("the servo fails after {site}"))
     },
     ..FaultKind::DEFAULT
 };

@@ -220,12 +220,12 @@ fn a_refusal_says_what_to_leave_out_or_to_give() {
     for (spec, says) in [
         (
             "flipped-bit:way=in,command=SO",
-            "cannot arm flipped-bit: no occasion has command=SO (it waits for incoming bytes); leave out command, \
+            "cannot arm flipped-bit: no occasion matches command=SO (it waits for incoming bytes); leave out command, \
              or give way=out",
         ),
         (
             "ng:command=SU,block=1",
-            "no occasion has command=SU and block=1 (it waits for an incoming command or FL text); leave out \
+            "no occasion matches command=SU and block=1 (it waits for an incoming command or FL text); leave out \
              command, or leave out block",
         ),
         (
@@ -246,7 +246,7 @@ fn a_refusal_says_what_to_leave_out_or_to_give() {
             "power-loss:channel=IP1,block=1",
             "leave out channel, or leave out block",
         ),
-        ("key-turned:block=1", "no occasion has command=RN and block=1"),
+        ("key-turned:block=1", "no occasion matches command=RN and block=1"),
         (
             "duplicate-text:command=UL,block=1000000",
             "leave out command, or leave out block",

@@ -36,14 +36,14 @@ pub enum Unreachable {
         b: f64,
     },
     /// The position has a value for an axis the arm has not; `axis` counts from 1.
-    #[error("axis {axis}: expected 0, the arm has no such axis, found {value:.3}")]
+    #[error("axis {axis}: expected 0 (the arm has no such axis), found {value:.3}")]
     NotFitted {
         /// Number of the axis, from 1.
         axis: usize,
         /// Value asked for.
         value: f64,
     },
-    /// A configuration digit out of 0, 1, 2, or one that means nothing to this arm; `place` counts from 1.
+    /// A configuration digit out of 0, 1, 2, or one that this arm does not have; `place` counts from 1.
     #[error("configuration digit {place}: expected 0 to {max}, found {found}")]
     Configuration {
         /// Place of the digit, from 1.
@@ -53,7 +53,7 @@ pub enum Unreachable {
         /// Digit found.
         found: u8,
     },
-    /// A coordinate is no finite number.
+    /// A coordinate is not finite.
     #[error("position: expected finite numbers")]
     NotFinite,
 }

@@ -70,7 +70,7 @@ impl ChainedMotion {
         self.tool_way * self.rates.speed
     }
 
-    /// The same, not begun yet, gathering speed so many times as slowly.
+    /// The same, not begun yet, with an acceleration divided by this factor.
     fn with_slower_start(self, times: f64) -> ChainedMotion {
         let accel = self.rates.accel / times;
         let rates = Rates { accel, ..self.rates };
@@ -78,8 +78,8 @@ impl ChainedMotion {
         ChainedMotion::new(self.path, start, &rates, self.tool_way, self.begins)
     }
 
-    /// The same from `now` on, braking so many times as slowly, and not before `busy`, when the motion before it rests;
-    /// `None` when there is no room left for that at the rate of time given.
+    /// The same from `now` on, with a deceleration divided by this factor, and not before `busy`, when the motion
+    /// before it rests; `None` when there is no room left for that at the rate of time given.
     fn with_slower_end(self, now: f64, rate: f64, times: f64, busy: f64) -> Option<ChainedMotion> {
         let begins = self.begins.max(now);
         let state = self.profile.state_at(begins - self.begins);
@@ -214,7 +214,7 @@ impl Chain {
         })
     }
 
-    /// The joints: the motion begun last, and what the one before it has still to go.
+    /// The joints: the motion begun last, plus the remaining way of the one before it.
     pub(in crate::motion) fn joints_at(&self, time: f64) -> Joints {
         let current = self.current(time);
         let Some(motion) = self.motions.get(current) else {

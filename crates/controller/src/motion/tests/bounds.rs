@@ -313,7 +313,10 @@ fn a_free_axis_refuses_the_motion_that_needs_it_and_no_other() {
     );
     assert_eq!(go(Target::Joints(from)), Ok(()));
     let message = MotionError::Free { axis: 5 }.to_string();
-    assert!(message.starts_with("axis 5: expected servo gain"), "{message}");
+    assert!(
+        message.starts_with("axis 5 has to move: expected servo gain"),
+        "{message}"
+    );
 }
 
 #[test]
