@@ -13,17 +13,17 @@ const MAX_DETAIL: usize = 200;
 /// An alarm that was raised.
 #[derive(Debug, Clone, Serialize, ToSchema)]
 pub struct ActiveAlarm {
-    /// `level-code`.
+    /// Number, as `level-code`.
     number: String,
-    /// 8 the worst, 1 a warning.
+    /// Level: 8 the most severe, 1 a warning.
     level: u8,
-    /// What the operator reads.
+    /// Text that the operator reads.
     text: String,
-    /// What brought it about.
+    /// Cause of the alarm.
     cause: &'static str,
-    /// What to do.
+    /// Remedy.
     remedy: &'static str,
-    /// Its section in the documentation.
+    /// Section of the documentation.
     docs: String,
     /// Date and time, `YYYY-MM-DD HH:MM:SS`.
     at: String,
@@ -32,19 +32,19 @@ pub struct ActiveAlarm {
 /// A row of the alarm table.
 #[derive(Debug, Clone, Serialize, ToSchema)]
 pub struct AlarmRow {
-    /// `level-code`.
+    /// Number, as `level-code`.
     number: String,
-    /// 8 the worst, 1 a warning.
+    /// Level: 8 the most severe, 1 a warning.
     level: u8,
-    /// What the operator reads.
+    /// Text that the operator reads.
     text: &'static str,
-    /// What brings it about.
+    /// Cause of the alarm.
     cause: &'static str,
-    /// What to do.
+    /// Remedy.
     remedy: &'static str,
-    /// Its section in the documentation.
+    /// Section of the documentation.
     docs: String,
-    /// Whether it is ours, or known of the real controller.
+    /// Whether the number is an invention of the emulator; `false` for alarms of the real controller.
     ours: bool,
 }
 
@@ -52,9 +52,9 @@ pub struct AlarmRow {
 #[derive(Debug, Clone, Serialize, ToSchema)]
 #[schema(as = Alarms)]
 pub struct AlarmList {
-    /// Active, oldest first.
+    /// Active alarms, oldest first.
     active: Vec<ActiveAlarm>,
-    /// The last 99, newest first.
+    /// The last 99 alarms, newest first.
     history: Vec<ActiveAlarm>,
 }
 
@@ -66,7 +66,7 @@ pub struct RaiseRequest {
     /// `level-code` as the table has it, for example `2-046`.
     #[schema(example = "2-046", pattern = "^[1248]-[0-9]{3}$")]
     number: String,
-    /// What stands behind its text; without a comma.
+    /// Detail that follows the text of the alarm; without a comma.
     #[serde(default)]
     #[schema(max_length = 200, pattern = "^[ !-+.-~-]*$")]
     detail: String,
@@ -113,7 +113,7 @@ impl AlarmList {
 
 /// Raise an alarm
 ///
-/// Its level decides what follows: 8 and 4 stop the robot at once, 2 stops it after the current step.
+/// The level decides about the effect: 8 and 4 stop the robot immediately, 2 stops it after the current step.
 #[utoipa::path(post, path = "/alarms", request_body = RaiseRequest, responses((status = 200, body = AlarmList)))]
 pub async fn raise_alarm(handle: Handle, Json(body): Json<RaiseRequest>) -> Answer<AlarmList> {
     let RaiseRequest { number, detail } = body;

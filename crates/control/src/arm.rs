@@ -1,6 +1,6 @@
-//! `/arm`: what a picture of the arm needs: its model, its posture, its coordinate systems and its path.
+//! `/arm`: the data for a picture of the arm: model, posture, coordinate systems and path.
 //!
-//! `/arm/pose` is the part that changes while the arm moves, for readers that draw each picture anew.
+//! `/arm/pose` is the part that changes while the arm moves, for readers that draw an animation.
 
 use super::noise::without_noise;
 use super::resource::{Serialize, ToSchema, View};
@@ -18,7 +18,7 @@ pub struct ArmPicture {
     work: Vec<f64>,
     /// TOOL, the tool point as seen from the flange: X Y Z A B C; mm and degrees.
     tool: Vec<f64>,
-    /// BASE in world: what WORK and so every position stands on.
+    /// BASE in world; WORK is relative to it.
     base: Vec<f64>,
     /// WORK, the workpiece in BASE.
     work_frame: Vec<f64>,
@@ -37,9 +37,9 @@ pub struct ArmPosture {
     joints: Vec<f64>,
     /// The tool point in world: X Y Z A B C U V, of a SCARA X Y Z C T; mm and degrees.
     world: Vec<f64>,
-    /// A motion is under way or held.
+    /// Whether a motion is under way or held.
     moving: bool,
-    /// Percentage of it completed; 100 when none is under way.
+    /// Completed percentage of the motion; 100 without a motion.
     percent: f64,
 }
 
@@ -47,15 +47,15 @@ pub struct ArmPosture {
 #[derive(Debug, Clone, Serialize, ToSchema)]
 #[schema(as = ArmModel)]
 struct ModelInfo {
-    /// Its name.
+    /// Name of the model.
     name: String,
     /// `six-axis` or `scara`.
     kind: &'static str,
-    /// Its lengths in mm.
+    /// Lengths in mm.
     geometry: Geometry,
-    /// Its axes, axis 1 first.
+    /// Axes, axis 1 first.
     axes: Vec<AxisInfo>,
-    /// The posture READY goes to.
+    /// Posture to which READY moves.
     ready: Vec<f64>,
     /// Speed of the tool point at 100 % in mm/s.
     max_tool_speed: f64,
@@ -140,7 +140,7 @@ impl ModelInfo {
 }
 
 impl ArmPosture {
-    /// As they are now.
+    /// Reads the present posture.
     pub(super) fn new(view: &View<'_>) -> ArmPosture {
         let controller = view.controller;
         let pose = controller.arm_pose();

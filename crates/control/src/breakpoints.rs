@@ -1,4 +1,4 @@
-//! `/breakpoints`, `/program/step` and `/program/run-to`: the selected program, stopped where one wants it.
+//! `/breakpoints`, `/program/step` and `/program/run-to`: stop the selected program at chosen lines.
 
 use super::body::whole;
 use super::panel::ProgramStatus;
@@ -41,9 +41,9 @@ impl Breakpoints {
 
 /// Set the breakpoints of the selected file
 ///
-/// The program stops before each of these lines, and before no others, as after STOP. A line without a statement stands for
-/// the next with one; the response has the lines that were set. POST /program/start goes on. They end when another file is
-/// selected. The robot has no such function; an emulator has.
+/// The program stops before each of these lines, as after STOP. A line without a statement is replaced by the next line
+/// with one; the response has the lines that were set. POST /program/start continues. Selecting another file removes
+/// them. The robot has no such function; an emulator has.
 #[utoipa::path(put, path = "/breakpoints", request_body = Breakpoints, responses((status = 200, body = Breakpoints)))]
 pub async fn put_breakpoints(handle: Handle, Json(body): Json<Breakpoints>) -> Answer<Breakpoints> {
     let lines = body.lines.into_iter().map(|FileLine(line)| line);

@@ -14,25 +14,25 @@ use ts3100_proto::escape::{Escaped, hex_digits};
 #[derive(Debug, Clone, Serialize, ToSchema)]
 #[schema(as = Channel)]
 pub struct ChannelStatus {
-    /// Its name.
+    /// Name of the port.
     #[serde(with = "PortName")]
     #[schema(value_type = PortName)]
     port: Port,
-    /// The TCP port on which it accepts; absent when it does not.
+    /// TCP port on which it accepts connections; absent if it accepts none.
     #[serde(skip_serializing_if = "Option::is_none")]
     accepts: Option<u16>,
     /// Where the host finds a serial port: a path, or an address `rfc2217://` or `socket://`.
     #[serde(skip_serializing_if = "Option::is_none")]
     serial: Option<String>,
-    /// The peer, while there is one.
+    /// Address of the connected peer; absent without a peer.
     #[serde(skip_serializing_if = "Option::is_none")]
     peer: Option<String>,
     /// The exchange of a protocol port: `idle`, `sending`, `receiving`.
     #[serde(skip_serializing_if = "Option::is_none")]
     exchange: Option<&'static str>,
-    /// A text has begun and is not complete.
+    /// Whether a text has begun and is incomplete.
     partial: bool,
-    /// What is in the ring buffer of a SCOL channel, control codes by name.
+    /// Content of the ring buffer of a SCOL channel, control codes by name.
     buffer: String,
     /// The same as hexadecimal digits.
     buffer_hex: String,
@@ -83,7 +83,7 @@ impl ChannelStatus {
         }
     }
 
-    /// All six, as they are now.
+    /// Reads the present state of all six.
     pub fn all(view: &View<'_>) -> Vec<ChannelStatus> {
         let ports = Port::ALL.into_iter();
         ports.map(|port| ChannelStatus::new(view, port)).collect()

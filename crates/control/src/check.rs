@@ -1,4 +1,4 @@
-//! `/check`: what is wrong with a program, as `ts3100 check` finds it, for an editor in a page.
+//! `/check`: the errors and warnings of `ts3100 check` for a program, for an editor in a page.
 //!
 //! The compiler and the lints are [`scol_mini`]'s; the arm, the options of the language and the taught points are those of
 //! the robot. Nothing is stored.
@@ -19,7 +19,7 @@ pub enum CheckRequest {
     File(String),
 }
 
-/// The fields of the request as they come. An enum of serde does not say which field is missing.
+/// The fields of the request as received. An enum of serde does not say which field is missing.
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct CheckFields {
@@ -45,23 +45,23 @@ impl TryFrom<CheckFields> for CheckRequest {
     }
 }
 
-/// Something wrong with a program, or likely so.
+/// An error or a warning about a program.
 #[derive(Debug, Clone, Serialize, ToSchema)]
 #[schema(as = Diagnostic)]
 pub struct ProgramDiagnostic {
-    /// Its line, from 1.
+    /// Line, from 1.
     line: u32,
-    /// Its first column, from 1, in characters.
+    /// First column, from 1, in characters.
     column: usize,
-    /// How many characters it is about, up to the end of the line.
+    /// Length of the marked place in characters, up to the end of the line.
     length: usize,
     /// `error` or `warning`.
     severity: &'static str,
     /// Stable code, `E` or `W` and four digits.
     code: &'static str,
-    /// What was expected and what was found.
+    /// Message: what was expected and what was found.
     message: String,
-    /// What to do about it.
+    /// Remedy.
     #[serde(skip_serializing_if = "Option::is_none")]
     help: Option<String>,
     /// The section of the documentation.

@@ -18,7 +18,7 @@ const MAX_SHOWN: usize = 100;
 const CONNECT_TIMEOUT: Duration = Duration::from_secs(5);
 /// Default limit for a whole call. It is added to the wait of calls that wait.
 pub const DEFAULT_TIMEOUT: Duration = Duration::from_secs(10);
-/// Longest wait for the answer of a robot's port to what was no command.
+/// Longest wait for the answer of a robot's port to something other than a command.
 const PROBE_TIMEOUT: Duration = Duration::from_millis(300);
 /// End of a text of the robot's protocol.
 const ETX: u8 = 0x03;
@@ -271,7 +271,7 @@ fn is_robot(mut stream: TcpStream) -> bool {
     reply.windows(NG.len()).any(|part| part == NG)
 }
 
-/// The time until `until`, or an error once it is over.
+/// The time until `until`, or an error once it has passed.
 fn time_left(until: Instant) -> io::Result<Duration> {
     let left = until.saturating_duration_since(Instant::now());
     if left.is_zero() {
@@ -281,7 +281,7 @@ fn time_left(until: Instant) -> io::Result<Duration> {
     Ok(left)
 }
 
-/// A connection with a deadline for all reads together. A read timeout alone would start anew with every byte.
+/// A connection with a deadline for all reads together. A read timeout alone would restart with every byte.
 struct DeadlineStream {
     stream: TcpStream,
     deadline: Option<Instant>,

@@ -35,9 +35,9 @@ pub struct ClockStatus {
     now: f64,
     /// Date and time as the error history writes them.
     calendar: String,
-    /// How many seconds the clock is behind, because the machine could not keep up.
+    /// Lag of the clock in seconds, because the machine could not keep up.
     behind: f64,
-    /// How many seconds of the wall clock were skipped because the emulator was stopped (`--time-gap skip`).
+    /// Seconds of wall-clock time that were skipped while the process was stopped (`--time-gap skip`).
     skipped: f64,
     /// Virtual time of the next scheduled event; absent if none is scheduled.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -62,7 +62,7 @@ pub struct SetModeRequest {
 #[serde(deny_unknown_fields)]
 #[schema(as = Advance)]
 pub struct AdvanceRequest {
-    /// How much virtual time, in seconds.
+    /// Virtual time to advance, in seconds.
     #[schema(value_type = f64, minimum = 0, maximum = 100_000_000)]
     seconds: Seconds,
     /// Longest wall-clock time the call may take, in seconds; default 30.
@@ -71,7 +71,7 @@ pub struct AdvanceRequest {
     wall: Option<Seconds>,
 }
 
-/// What to wait for, and for how long.
+/// A condition to wait for, and time limits.
 #[derive(Debug, Clone, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 #[schema(as = WaitFor)]
@@ -127,7 +127,7 @@ pub enum ConditionRequest {
     /// The alarm of this number, or `any`, is active or was raised since.
     #[schema(example = "2-046")]
     Alarm(String),
-    /// Nothing runs, nothing moves, no exchange is open.
+    /// No program runs, the arm is at rest, and no exchange is open.
     Idle(#[serde(deserialize_with = "object_only")] EmptyObject),
 }
 
@@ -159,7 +159,7 @@ fn line_number<'de, D: Deserializer<'de>>(deserializer: D) -> Result<u16, D::Err
 #[derive(Debug, Clone, Copy, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 pub struct LineCondition {
-    /// Its number.
+    /// Number of the line.
     #[serde(deserialize_with = "line_number")]
     #[schema(minimum = 1, maximum = 464)]
     line: u16,
@@ -186,9 +186,9 @@ pub struct PrintedCondition {
 pub struct WaitResponse {
     /// Whether the condition holds or the time was advanced; otherwise the virtual time ran out.
     reached: bool,
-    /// Virtual time then, in seconds.
+    /// Virtual time at the end of the wait, in seconds.
     now: f64,
-    /// Virtual time that passed meanwhile, in seconds.
+    /// Virtual time that passed during the wait, in seconds.
     passed: f64,
 }
 
@@ -299,7 +299,7 @@ pub(super) fn time_mode(mode: String) -> Result<TimeMode, Problem> {
 
 /// Advance time by an amount
 ///
-/// Works in every mode. Everything that is due meanwhile happens at its own time, before the call returns.
+/// Works in every mode. Everything that is due in this time happens at its own moment, before the call returns.
 #[utoipa::path(post, path = "/clock/advance", operation_id = "advance_time", request_body = AdvanceRequest, responses((status = 200, body = WaitResponse)))]
 pub async fn advance(handle: Handle, Json(body): Json<AdvanceRequest>) -> Answer<WaitResponse> {
     let wall = wall_limit(body.wall)?;
@@ -324,7 +324,7 @@ pub async fn advance_until(handle: Handle, Json(body): Json<WaitRequest>) -> Ans
 
 /// Wait until a condition holds
 ///
-/// Does not advance time. In `stepped` mode another client has to advance it meanwhile.
+/// Does not advance time. In `stepped` mode another client has to advance it.
 #[utoipa::path(post, path = "/wait", operation_id = "wait_until", request_body = WaitRequest, responses((status = 200, body = WaitResponse)))]
 pub async fn wait(handle: Handle, Json(body): Json<WaitRequest>) -> Answer<WaitResponse> {
     let (wait, wall) = body.into_wait(false)?;

@@ -1,4 +1,4 @@
-//! `/coverage`: which cells of the permission tables the hosts of this robot have reached.
+//! `/coverage`: the cells of the permission tables that the hosts of this robot have reached.
 //!
 //! The record counts anyway, for the reports at the end of a run; nothing is counted for this call alone. The document is
 //! that of [`ts3100_recording::reports::coverage`].
@@ -19,13 +19,13 @@ struct Coverage {
     reached: usize,
     /// Cells that the permission tables make reachable on the ports that were used; on IP0 as long as none was.
     reachable: usize,
-    /// The one of the other, in percent with one decimal, rounded down.
+    /// Reached cells in percent of the reachable ones, with one decimal, rounded down.
     percent: f64,
-    /// Every reachable cell, and every other that was reached, in the order of the tables.
+    /// All reachable cells, and all others that were reached, in the order of the tables.
     cells: Vec<CoverageCell>,
 }
 
-/// A command in a master mode on a port, and what came of it.
+/// A command in a master mode on a port, and its outcome.
 #[derive(ToSchema)]
 #[expect(
     dead_code,
@@ -40,16 +40,15 @@ struct CoverageCell {
     mode: String,
     /// `served`, `not-valid` (NG by the tables) or `refused` (NG for another reason).
     outcome: String,
-    /// How often.
+    /// Number of times.
     count: u64,
-    /// It counts for the percentage.
+    /// Whether it counts for the percentage.
     reachable: bool,
 }
 
 /// Get the coverage of the permission tables
 ///
-/// What the hosts have reached since the start or the last reset: each command in each master mode, with what came of
-/// it.
+/// Commands of the hosts since the start or the last reset, by master mode and outcome.
 #[utoipa::path(get, path = "/coverage", responses((status = 200, body = Coverage)))]
 pub async fn get_coverage(handle: Handle) -> Answer<CoverageReport> {
     let record = handle.record.clone();

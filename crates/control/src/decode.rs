@@ -12,7 +12,7 @@ use ts3100_proto::text::STX;
 /// Most bytes of a text: a file that a peer sends as one text fits several times.
 const MAX_TEXT: usize = 4_096;
 
-/// Who sent a text.
+/// Sender of a text.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, ToSchema)]
 #[serde(rename_all = "lowercase")]
 #[schema(as = TextSender)]
@@ -28,11 +28,11 @@ enum Sender {
 #[serde(deny_unknown_fields)]
 #[schema(as = Decode)]
 pub struct DecodeRequest {
-    /// Who sent it.
+    /// Sender of the text.
     direction: Sender,
     /// The command to which the text belongs, as events name it; its first two letters count. A text of the controller
-    /// answers it; without it, a file is split into lines. With `DL`, a text of a host that begins with no `DL,` is a
-    /// part of the file.
+    /// answers it; without it, a file is split into lines. With `DL`, a text of a host that does not begin with `DL,`
+    /// is part of the file.
     #[serde(default)]
     command: Option<String>,
     /// The text as it was on the wire, framing included, as hexadecimal digits, two a byte, blanks between them allowed;
@@ -45,22 +45,22 @@ pub struct DecodeRequest {
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, ToSchema)]
 #[schema(as = DecodedText)]
 pub struct DecodedText {
-    /// In the order of their bytes. What is wrong is a field too, with the key `error`.
+    /// Fields in the order of their bytes. An error is a field too, with the key `error`.
     fields: Vec<TextField>,
 }
 
 /// A field of a text.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, ToSchema)]
 pub struct TextField {
-    /// Its stable name, with dots, beginning with the command: `sf.servo`, `iw.line.1`; for the framing with `text`.
+    /// Stable name, with dots, beginning with the command: `sf.servo`, `iw.line.1`; for the framing with `text`.
     key: String,
-    /// Its name for people.
+    /// Name for display.
     name: String,
-    /// The value in words, or the bytes in backquotes.
+    /// Value in words, or the bytes in backquotes.
     value: String,
-    /// Its first byte in the text, from 0.
+    /// First byte in the text, from 0.
     start: usize,
-    /// The byte after its last; equal to `start` for something that is missing.
+    /// Byte after the last one; equal to `start` for a missing field.
     end: usize,
 }
 
@@ -103,8 +103,8 @@ fn opens_download(wire: &[u8]) -> bool {
 
 /// Split a text into its fields
 ///
-/// A text of a host: framing, command, each operand with its name, and what is wrong. A text of the controller: the
-/// fields of SF, the items of SU, the records of a list, the lines of a file.
+/// A text of a host: framing, command, each operand with its name, and errors. A text of the controller: the fields of
+/// SF, the items of SU, the records of a list, the lines of a file.
 #[utoipa::path(post, path = "/decode", operation_id = "decode_text", request_body = DecodeRequest, responses((status = 200, body = DecodedText)))]
 pub async fn decode(Json(body): Json<DecodeRequest>) -> Answer<DecodedText> {
     body.decode().map(Json)

@@ -81,7 +81,7 @@ impl JournalEvent {
         }
     }
 
-    /// The bytes that it is about, if it is about bytes.
+    /// The bytes of the event, if it has any.
     pub fn bytes_mut(&mut self) -> Option<&mut Bytes> {
         if let JournalEvent::Received { data, .. } | JournalEvent::Sent { data, .. } = self {
             Some(data)
@@ -92,7 +92,7 @@ impl JournalEvent {
         }
     }
 
-    /// The finding, if it is one.
+    /// The finding, if the event is one.
     pub fn finding(&self) -> Option<&Finding> {
         if let JournalEvent::Controller(Event::Finding(finding)) = self {
             Some(finding)
@@ -150,11 +150,12 @@ pub struct ApiEvent {
     pub seq: u64,
     /// Virtual time in seconds.
     pub t: f64,
-    /// What kind of thing: `connected`, `disconnected`, `received`, `sent`, `text-in`, `text-out`, `dropped`,
-    /// `answered`, `refused`, `finding`, `fault-armed`, `fault`, `closed`, `stalled`, `alarm`, `alarms-reset`, `status`, `statement`, `servo`, `servo-delayed`, `selected`,
-    /// `stored`, `erased`, `pendant`, `power-off`, `power-on`, `action-refused`, `reset`.
+    /// Type of the event: `connected`, `disconnected`, `received`, `sent`, `text-in`, `text-out`, `dropped`,
+    /// `answered`, `refused`, `finding`, `fault-armed`, `fault`, `closed`, `stalled`, `alarm`, `alarms-reset`,
+    /// `status`, `statement`, `servo`, `servo-delayed`, `selected`, `stored`, `erased`, `pendant`, `power-off`,
+    /// `power-on`, `action-refused`, `reset`.
     pub event: &'static str,
-    /// The port it concerns.
+    /// Port of the event.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub port: Option<&'static str>,
     /// Address of a peer.
@@ -166,7 +167,7 @@ pub struct ApiEvent {
     /// The same bytes as hexadecimal digits.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub hex: Option<String>,
-    /// How many bytes.
+    /// Number of bytes.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub bytes: Option<usize>,
     /// Letters of a command.
@@ -175,28 +176,28 @@ pub struct ApiEvent {
     /// Master mode in which the command came.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub mode: Option<&'static str>,
-    /// What became of the command: `served`, `not-valid` by the permission tables, `refused` for another reason.
+    /// Outcome of the command: `served`, `not-valid` by the permission tables, `refused` for another reason.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub outcome: Option<&'static str>,
-    /// Why something was refused or dropped.
+    /// Reason for which something was refused or dropped.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub reason: Option<String>,
     /// Name of the rule of a finding.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub rule: Option<&'static str>,
-    /// The fault that has caused a finding, with its kind; absent if the host has.
+    /// Number and kind of the fault that caused a finding; absent if the host caused it.
     #[serde(rename = "caused-by", skip_serializing_if = "Option::is_none")]
     pub caused_by: Option<String>,
-    /// How much a finding matters; `note` if a fault has caused it.
+    /// Severity of a finding; `note` if a fault caused it.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub severity: Option<&'static str>,
-    /// Section of the manual a finding goes by, and the clauses.
+    /// Section of the manual and clauses of the rule of a finding.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub source: Option<&'static str>,
-    /// What to do about a finding.
+    /// Remedy of a finding.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub remedy: Option<&'static str>,
-    /// What happened.
+    /// Message.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub message: Option<String>,
     /// Number of an alarm or of a fault on purpose.
@@ -217,7 +218,7 @@ pub struct ApiEvent {
     /// Servo power.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub on: Option<bool>,
-    /// Virtual time in seconds at which servo power that is held back comes.
+    /// Virtual time in seconds at which delayed servo power comes on.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub until: Option<f64>,
     /// Name of a file; absent when the selection ended.

@@ -23,12 +23,12 @@ use tokio::sync::{OwnedSemaphorePermit, watch};
 /// Events taken out of the journal at once.
 const BATCH: usize = 64;
 
-/// Which events.
+/// Selection of events.
 #[derive(Debug, Clone, Copy, Deserialize, IntoParams)]
 #[serde(deny_unknown_fields)]
 #[into_params(parameter_in = Query)]
 pub struct EventsQuery {
-    /// Number of the first event; 1 for all that are kept. Default: only new ones.
+    /// Number of the first event; 1 for all events in memory. Default: only new ones.
     since: Option<u64>,
     /// End the stream after this many events.
     #[param(minimum = 1)]

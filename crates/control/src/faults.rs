@@ -16,7 +16,7 @@ use ts3100_recording::faults::points;
 /// Most parameters of one request: no kind has as many.
 const MAX_PARAMETERS: usize = 16;
 
-/// What triggers a fault; an absent key matches anything.
+/// Filter of a fault; an absent key matches anything.
 #[derive(Debug, Clone, Default, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct FaultTrigger {
@@ -26,7 +26,7 @@ pub struct FaultTrigger {
     /// The port.
     #[schema(example = "IP0")]
     channel: Option<String>,
-    /// Number of the FL text in its exchange, from 1, or of the OK to it; 0 is what is no FL text.
+    /// Number of the FL text in its exchange, from 1, or of the OK to it; 0 matches any other text.
     #[serde(deserialize_with = "optional_whole")]
     #[schema(maximum = 1_000_000)]
     block: Option<u32>,
@@ -71,22 +71,22 @@ pub struct ArmRequest {
     #[serde(default)]
     #[schema(value_type = String, required, example = "no-reply")]
     kind: Option<String>,
-    /// In the words of `--fault`, instead of all the others.
+    /// The whole fault as text like `--fault`, instead of all other fields.
     #[serde(default)]
     #[schema(ignore)]
     spec: Option<String>,
-    /// Its number; default: the next free one. A fault with the same number is replaced.
+    /// Number of the fault; default: the next free one. A fault with the same number is replaced.
     #[serde(default, deserialize_with = "optional_whole")]
     #[schema(minimum = 1, maximum = 1_000_000)]
     id: Option<u32>,
-    /// What triggers it; some kinds have a command by default.
+    /// Filter that triggers it; some kinds have a default command.
     #[serde(default, deserialize_with = "object_only")]
     on: FaultTrigger,
-    /// How many matches to skip first.
+    /// Number of matches to skip first.
     #[serde(default, deserialize_with = "optional_whole")]
     #[schema(maximum = 1_000_000)]
     after: Option<u32>,
-    /// How often it triggers at most; 0: no limit; default 1.
+    /// Maximum number of times it triggers; 0: no limit; default 1.
     #[serde(default, deserialize_with = "optional_whole")]
     #[schema(maximum = 1_000_000)]
     times: Option<u32>,
@@ -102,17 +102,17 @@ pub struct ArmRequest {
 #[derive(Debug, Clone, Serialize, ToSchema)]
 #[schema(as = Fault)]
 pub struct FaultStatus {
-    /// Its number.
+    /// Number of the fault.
     id: u32,
-    /// Its kind.
+    /// Kind of the fault.
     kind: &'static str,
     /// As text, like `--fault`.
     spec: String,
-    /// What triggers it.
+    /// Filter that triggers it.
     on: FaultTrigger,
-    /// How many matches to skip first.
+    /// Number of matches to skip first.
     after: u32,
-    /// How often it triggers at most; 0: no limit.
+    /// Maximum number of times it triggers; 0: no limit.
     times: u32,
     /// Probability of triggering at a match.
     probability: f64,
@@ -122,17 +122,17 @@ pub struct FaultStatus {
     armed: bool,
     /// Matches while it was armed.
     seen: u32,
-    /// How often it triggered.
+    /// Number of times it triggered.
     fired: u32,
-    /// When it triggered, in seconds of virtual time; the first hundred.
+    /// Times at which it triggered, in seconds of virtual time; the first hundred.
     at: Vec<f64>,
 }
 
-/// All faults since the start or the last removal.
+/// All faults that were armed and not removed.
 #[derive(Debug, Clone, Serialize, ToSchema)]
 #[schema(as = Faults)]
 pub struct FaultList {
-    /// In the order of their numbers.
+    /// Faults in the order of their numbers.
     faults: Vec<FaultStatus>,
     /// Numbers of the faults that have not triggered.
     never_fired: Vec<u32>,
@@ -142,13 +142,13 @@ pub struct FaultList {
 #[derive(Debug, Clone, Serialize, ToSchema)]
 #[schema(as = FaultParameter)]
 pub struct ParameterInfo {
-    /// Its key.
+    /// Key of the parameter.
     name: &'static str,
     /// The values it accepts.
     takes: String,
-    /// Its default; absent: drawn at random, or as `what` describes.
+    /// Default value; absent: drawn at random, or as `what` describes.
     default: Option<&'static str>,
-    /// What it is.
+    /// Description of the parameter.
     what: &'static str,
 }
 
@@ -156,19 +156,19 @@ pub struct ParameterInfo {
 #[derive(Debug, Clone, Serialize, ToSchema)]
 #[schema(as = FaultKind)]
 pub struct FaultKindInfo {
-    /// Its name.
+    /// Name of the kind.
     kind: &'static str,
-    /// What it does.
+    /// Description of the fault.
     what: &'static str,
-    /// How a robust host handles it.
+    /// Behaviour of a robust host.
     remedy: &'static str,
-    /// Where it triggers.
+    /// Places at which it can trigger.
     applies_to: Vec<&'static str>,
     /// The command that triggers it by default.
     command: Option<&'static str>,
     /// The block that triggers it by default.
     block: Option<u32>,
-    /// Its parameters.
+    /// Parameters of the kind.
     parameters: Vec<ParameterInfo>,
 }
 
@@ -212,7 +212,7 @@ impl FaultStatus {
 }
 
 impl FaultList {
-    /// As they are now.
+    /// Reads the present list.
     pub fn new(view: &View<'_>) -> FaultList {
         let faults = view.controller.faults();
         FaultList {
@@ -303,7 +303,7 @@ impl From<FaultError> for Problem {
 
 /// Arm a fault
 ///
-/// It triggers from now on. A fault with the same number is replaced, its counters start at zero.
+/// It triggers from now on. A fault with the same number is replaced, with counters at zero.
 #[utoipa::path(post, path = "/faults", request_body = ArmSchema, responses((status = 200, body = FaultList)))]
 pub async fn arm_fault(handle: Handle, Json(body): Json<ArmRequest>) -> Answer<FaultList> {
     let arm = FaultAction::Arm(Box::new(body.into_fault()?));
@@ -312,7 +312,7 @@ pub async fn arm_fault(handle: Handle, Json(body): Json<ArmRequest>) -> Answer<F
 
 /// Remove all faults
 ///
-/// None triggers any more, and the list is empty.
+/// The list is empty afterwards.
 #[utoipa::path(delete, path = "/faults", responses((status = 200, body = FaultList)))]
 pub async fn clear_faults(handle: Handle, _: NoBody) -> Answer<FaultList> {
     let clear = FaultAction::Clear;

@@ -12,20 +12,20 @@ use ts3100_proto::escape::hex_digits;
 #[derive(Debug, Clone, Serialize, ToSchema)]
 #[schema(as = Drive)]
 pub struct DriveStatus {
-    /// Its files in alphabetical order.
+    /// Files in alphabetical order.
     files: Vec<FileEntry>,
     /// The selected file; empty when none is.
     selected: String,
-    /// How many bytes all user files may have together.
+    /// Capacity for user files in bytes.
     capacity: usize,
 }
 
 /// A file on the RAM drive.
 #[derive(Debug, Clone, Serialize, ToSchema)]
 pub struct FileEntry {
-    /// Its name.
+    /// Name of the file.
     name: String,
-    /// Its size in bytes.
+    /// Size in bytes.
     size: u32,
 }
 
@@ -33,20 +33,20 @@ pub struct FileEntry {
 #[derive(Debug, Clone, Serialize, ToSchema)]
 #[schema(as = File)]
 pub struct FileContent {
-    /// Its name.
+    /// Name of the file.
     name: String,
-    /// Its size in bytes.
+    /// Size in bytes.
     size: usize,
-    /// Its content.
+    /// Content of the file.
     #[serde(skip_serializing_if = "Option::is_none")]
     text: Option<String>,
-    /// Its content.
+    /// Content of the file.
     #[serde(skip_serializing_if = "Option::is_none")]
     hex: Option<String>,
 }
 
 impl DriveStatus {
-    /// As it is now.
+    /// Reads the present state.
     pub fn new(view: &View<'_>) -> DriveStatus {
         let entries = view.controller.drive().directory().into_iter();
         DriveStatus {

@@ -1,4 +1,4 @@
-//! Decides which requests are served: checks the token and the headers that reveal a web page behind a request. No
+//! Decides which requests are served: checks the token and the headers that reveal that a web page sends a request. No
 //! page of another origin may read or drive a robot, whatever address its name resolves to.
 //!
 //! The settings it enforces are made and validated in [`super::settings`].

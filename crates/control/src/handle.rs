@@ -57,7 +57,7 @@ impl Handle {
         receiver.await.map_err(|_| Problem::shutting_down())
     }
 
-    /// Does something to the controller, and reads what has come of it, with all that follows from it at once.
+    /// Changes the controller, and reads the state after the change and all its immediate consequences.
     pub async fn act<T: Send + 'static>(
         &self,
         action: Action,
@@ -98,7 +98,7 @@ impl Handle {
         Ok(self.request(with).await??)
     }
 
-    /// Looks at everything as it is now.
+    /// Reads from the present state.
     pub async fn query<T: Send + 'static>(
         &self,
         look: impl FnOnce(&View<'_>) -> T + Send + 'static,
@@ -117,19 +117,19 @@ impl Handle {
         self.request(Request::Pause).await
     }
 
-    /// Sets an outside line; whether a wire begins there. What follows from it at once has happened then.
+    /// Sets an outside line with all immediate consequences; returns whether a wire begins there.
     pub async fn set_outside(&self, name: String, on: bool) -> Result<bool, Problem> {
         self.request(|sender| Request::SetOutside(name, on, sender)).await
     }
 
-    /// Waits for something, for at most so long on the wall.
+    /// Waits for a condition, for at most `wall` of wall-clock time.
     pub async fn wait(&self, wait: Wait, wall: Duration) -> Result<WaitResult, Problem> {
         let waited = self.request(|sender| Request::Wait(wait, sender));
         timeout(wall, waited).await.unwrap_or_else(|_| {
             let limit = wall.as_secs_f64();
-            let expected = format!("an end of the wait within {limit} s of the wall clock");
+            let expected = format!("the end of the wait within {limit} s of wall-clock time");
             let status = StatusCode::REQUEST_TIMEOUT;
-            let told = format!("the wait has not ended within {limit} s of wall-clock time");
+            let told = format!("the condition was not met within {limit} s of wall-clock time; in stepped time another client has to advance it");
             Err(Problem::expected_found(status, "wall", expected, "none").told(told))
         })
     }

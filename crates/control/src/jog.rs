@@ -1,6 +1,6 @@
 //! `/jog`: the keys of the teach pendant that move the arm.
 //!
-//! A call with `hold` is a key that is held: whatever ends the call lets it go.
+//! A call with `hold` is a held key: the end of the call releases it.
 
 use super::arm::ArmPosture;
 use super::body::whole;
@@ -10,7 +10,7 @@ use tokio::time::sleep;
 use ts3100_controller::action::Action;
 use ts3100_controller::input::{JogMode, PanelAction};
 
-/// Between two looks whether the arm still moves, while a key is held.
+/// Interval between two checks whether the arm still moves, while a key is held.
 const LOOK: Duration = Duration::from_millis(50);
 
 /// A key of the teach pendant that moves the arm.
@@ -30,7 +30,7 @@ pub struct JogRequest {
     /// One step instead of a motion as far as limits and reach allow.
     #[serde(default)]
     inching: bool,
-    /// The call lasts as long as the motion. When the client ends it before, the arm stops.
+    /// The call lasts as long as the motion. If the client ends it earlier, the arm stops.
     #[serde(default)]
     hold: bool,
 }
@@ -63,7 +63,7 @@ enum JogSpeed {
     Fast,
 }
 
-/// Lets the key go if its call ends before the motion does.
+/// Releases the key if its call ends before the motion.
 struct HeldKey {
     handle: Handle,
     is_held: bool,

@@ -93,7 +93,7 @@ pub struct EventBatch {
 }
 
 impl Journal {
-    /// A journal of so many events that also serves this transcript, which the driver writes.
+    /// A journal of at most `kept` events that also serves this transcript, which the driver writes.
     pub fn new(kept: usize, transcript: Arc<TranscriptBuffer>) -> Journal {
         Journal {
             state: Mutex::default(),

@@ -22,9 +22,9 @@ pub struct LineList {
 /// A line that is forced.
 #[derive(Debug, Clone, Copy, Serialize, ToSchema)]
 pub struct ForcedLine {
-    /// Its number.
+    /// Number of the line.
     line: u16,
-    /// The state it shows.
+    /// State that it shows.
     on: bool,
 }
 
@@ -32,12 +32,12 @@ pub struct ForcedLine {
 #[derive(Debug, Clone, Copy, Serialize, ToSchema)]
 #[schema(as = Line)]
 pub struct LineStatus {
-    /// Its number: 1-64, 101-164, 201-264, 301-364, 401-464.
+    /// Number of the line: 1-64, 101-164, 201-264, 301-364, 401-464.
     line: u16,
-    /// Its name, for example `STROBE`, of a system signal or an output of a hand.
+    /// Name of a system signal or an output of a hand, for example `STROBE`.
     #[serde(skip_serializing_if = "Option::is_none")]
     name: Option<&'static str>,
-    /// The state it shows.
+    /// State that it shows.
     on: bool,
     /// Whether it is forced.
     forced: bool,
@@ -66,7 +66,7 @@ pub struct SetLine {
 #[serde(deny_unknown_fields)]
 #[schema(as = Pulse)]
 pub struct PulseRequest {
-    /// How long, in seconds of virtual time.
+    /// Length in seconds of virtual time.
     #[schema(value_type = f64, minimum = 0, maximum = 100_000_000)]
     seconds: Seconds,
     /// The state during the pulse. An output can only pulse to on.
@@ -195,7 +195,7 @@ pub async fn get_input(handle: Handle, Path(Din { line }): Path<Din>) -> Answer<
 
 /// Set an input
 ///
-/// As a device wired to it would. It keeps its state until it is set again.
+/// Acts as a device wired to it would. The input keeps its state until it is set again.
 #[utoipa::path(put, path = "/inputs/{line}", params(Din), request_body = SetLine, responses((status = 200, body = LineStatus)))]
 pub async fn put_input(
     handle: Handle,
@@ -220,7 +220,7 @@ pub async fn pulse_input(
 
 /// Force an input
 ///
-/// It shows this state, whatever is wired to it, until it is released.
+/// The input shows this state, whatever is wired to it, until it is released.
 #[utoipa::path(put, path = "/inputs/{line}/force", params(Din), request_body = SetLine, responses((status = 200, body = LineStatus)))]
 pub async fn force_input(
     handle: Handle,
@@ -271,7 +271,7 @@ pub async fn pulse_output(
 
 /// Force an output
 ///
-/// It shows this state, whatever the program does, until it is released or the power goes off.
+/// The output shows this state, whatever the program does, until it is released or the power goes off.
 #[utoipa::path(put, path = "/outputs/{line}/force", params(Dout), request_body = SetLine, responses((status = 200, body = LineStatus)))]
 pub async fn force_output(
     handle: Handle,

@@ -13,7 +13,7 @@ use ts3100_proto::status::ExecutionStatus;
 #[derive(Debug, Clone, Copy, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 pub struct KeySwitch {
-    /// Its position.
+    /// Position of the key switch.
     #[serde(with = "KeyPosition")]
     #[schema(value_type = KeyPosition)]
     pub position: input::KeySwitch,
@@ -23,7 +23,7 @@ pub struct KeySwitch {
 #[derive(Debug, Clone, Copy, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 pub struct ControlRight {
-    /// Who commands the robot in EXT.
+    /// Source of commands in EXT.
     #[serde(with = "RightHolder")]
     #[schema(value_type = RightHolder)]
     pub holder: input::ControlRight,
@@ -75,7 +75,7 @@ pub struct Override {
 #[derive(Debug, Clone, Copy, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 pub struct OperationMode {
-    /// Which.
+    /// Name of the mode.
     #[serde(with = "RunModeName")]
     #[schema(value_type = RunModeName)]
     pub mode: RunMode,
@@ -95,7 +95,7 @@ pub struct ProgramStatus {
 }
 
 impl ProgramStatus {
-    /// As it is now.
+    /// Reads the present state.
     pub fn new(view: &View<'_>) -> ProgramStatus {
         let controller = view.controller;
         ProgramStatus {

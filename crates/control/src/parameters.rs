@@ -42,7 +42,7 @@ pub struct EthernetParameters {
 /// One channel in ETHERNET.PAR.
 #[derive(Debug, Clone, Serialize, ToSchema)]
 pub struct EthernetChannel {
-    /// Its name.
+    /// Name of the channel.
     port: &'static str,
     /// [E00] 0 not used, 1 server, 2 client.
     open_mode: u8,
@@ -83,7 +83,7 @@ impl SerialParameters {
 }
 
 impl Parameters {
-    /// As of the last power-on.
+    /// Reads the values of the last power-on.
     pub fn new(view: &View<'_>) -> Parameters {
         let (ethernet, user) = (view.controller.ethernet(), view.controller.user());
         let channels = Port::ETHERNET.into_iter().enumerate();

@@ -13,7 +13,7 @@ const MAX_KEYS: usize = 256;
 #[derive(Debug, Clone, Serialize, ToSchema)]
 #[schema(as = Pendant)]
 pub struct PendantStatus {
-    /// What PRINT without a channel has printed.
+    /// Output of PRINT without a channel.
     text: String,
     /// The three pages [ETHER].
     ether_pages: Vec<PendantPage>,
@@ -24,7 +24,7 @@ pub struct PendantStatus {
 #[serde(deny_unknown_fields)]
 #[schema(as = Keys)]
 pub struct KeysRequest {
-    /// What is typed for INPUT without a channel; a comma or a carriage return (`\r`) ends a value.
+    /// Characters for INPUT without a channel; a comma or a carriage return (`\r`) ends a value.
     #[schema(min_length = 1, max_length = 256, pattern = "^[ -~\r]+$", example = "12\r")]
     keys: String,
 }

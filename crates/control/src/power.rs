@@ -11,13 +11,13 @@ use ts3100_driver::driver::request::{LinkAction, Request};
 #[derive(Debug, Clone, Serialize, ToSchema)]
 #[schema(as = Power)]
 pub struct PowerStatus {
-    /// Whether it is on.
+    /// Whether the power is on.
     on: bool,
     /// The server channels and the TCP port each accepts on.
     ports: Vec<OpenPort>,
 }
 
-/// What is set together with a reset.
+/// Settings that a reset can change.
 #[derive(Debug, Clone, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 #[schema(as = Reset)]

@@ -12,20 +12,20 @@ use std::fmt::Display;
 use ts3100_controller::action::{ActionError, ActionErrorKind};
 use utoipa::ToSchema;
 
-/// Why a call had no effect.
+/// The reason for which a call had no effect.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, ToSchema)]
 pub struct Problem {
     #[serde(skip)]
     status: StatusCode,
-    /// What went wrong, in one sentence.
+    /// Message in one sentence.
     error: String,
-    /// What is accepted.
+    /// Accepted values.
     #[serde(skip_serializing_if = "Option::is_none")]
     expected: Option<String>,
-    /// What was found.
+    /// Value that was found.
     #[serde(skip_serializing_if = "Option::is_none")]
     found: Option<String>,
-    /// Where: the header, the field of the body, the line, the variable.
+    /// Place of the error: the header, the field of the body, the line, the variable.
     #[serde(rename = "where", skip_serializing_if = "Option::is_none")]
     place: Option<String>,
 }

@@ -63,16 +63,15 @@ pub struct Wires {
 #[derive(Debug, Clone, Serialize, ToSchema)]
 #[schema(as = Robot)]
 pub struct RobotInfo {
-    /// Its name, as in `/robots/NAME/state`.
+    /// Name, as in `/robots/NAME/state`.
     pub name: String,
-    /// The address of each TCP port that is open.
+    /// Addresses of the open TCP ports.
     #[schema(value_type = BTreeMap<String, String>)]
     pub ports: BTreeMap<String, SocketAddr>,
-    /// Each serial line that is open: a path or a URL.
+    /// Open serial lines: paths or URLs.
     #[serde(skip_serializing_if = "BTreeMap::is_empty")]
     pub serial: BTreeMap<String, String>,
-    /// Whether it has started. With an address of its own, a robot starts at its first connection or call, and its
-    /// time begins then.
+    /// Whether it has started. A robot with an address of its own starts with its first connection or call.
     pub started: bool,
 }
 
@@ -80,11 +79,11 @@ pub struct RobotInfo {
 #[derive(Debug, Clone, Serialize, ToSchema)]
 #[schema(as = Wire)]
 pub struct WireInfo {
-    /// Where its level comes from: `ROBOT.dout.LINE` or `outside.NAME`.
+    /// Source of the level: `ROBOT.dout.LINE` or `outside.NAME`.
     pub from: String,
-    /// What shows it: `ROBOT.din.LINE` or `outside.NAME`.
+    /// Line that shows the level: `ROBOT.din.LINE` or `outside.NAME`.
     pub to: String,
-    /// Its level.
+    /// Level of the wire.
     pub on: bool,
 }
 
@@ -92,7 +91,7 @@ pub struct WireInfo {
 #[derive(Debug, Clone, Serialize, ToSchema)]
 #[schema(as = Robots)]
 pub struct RobotList {
-    /// In the order of the configuration.
+    /// Robots in the order of the configuration.
     robots: Vec<RobotInfo>,
 }
 
@@ -140,7 +139,7 @@ pub struct Together {
 }
 
 impl Together {
-    /// Has the worlds of all robots pause, each once, and lets time stand at one moment.
+    /// Pauses the worlds of all robots at one moment, each once.
     pub async fn gather(robots: Vec<(String, Handle)>) -> Result<Together, Problem> {
         let mut worlds: Vec<(Requests, Paused)> = Vec::new();
         let mut places = Vec::new();

@@ -1,4 +1,4 @@
-//! `/scenario`: how far the scenario of `--scenario` is.
+//! `/scenario`: the progress of the scenario of `--scenario`.
 //!
 //! It is played by [`ts3100_recording::scenario`]; here its progress becomes a document.
 
@@ -7,33 +7,33 @@ use axum::http::StatusCode;
 use ts3100_controller::Time;
 use ts3100_recording::scenario::{EntryProgress, EntryState, ScenarioProgress, ScenarioState};
 
-/// How far a scenario is.
+/// Progress of a scenario.
 #[derive(Debug, Clone, Serialize, ToSchema)]
 #[schema(as = Scenario)]
 pub struct ScenarioDocument {
-    /// Name of its file, without directories.
+    /// Name of the file, without directories.
     file: String,
     /// `running` while a step waits, `passed` when none does, `failed` as soon as one has failed.
     #[schema(value_type = String)]
     state: ScenarioState,
-    /// Its expectations and what it does, in the order of the file.
+    /// Expectations and actions in the order of the file.
     steps: Vec<ScenarioStep>,
 }
 
-/// How far a part of a scenario is.
+/// Progress of a part of a scenario.
 #[derive(Debug, Clone, Serialize, ToSchema)]
 pub struct ScenarioStep {
-    /// Its name.
+    /// Name of the part.
     name: String,
-    /// Its line of the file, from 1; 0 for what belongs to no line.
+    /// Line of the file, from 1; 0 without a line.
     line: usize,
     /// `waiting`, `passed` (it came as expected, or was done), `failed`.
     #[schema(value_type = String)]
     state: EntryState,
-    /// Virtual time in seconds from the beginning to its verdict, or at which it was last done; absent while it waits.
+    /// Virtual time in seconds of the verdict or of the last action; absent while it waits.
     #[serde(skip_serializing_if = "Option::is_none")]
     t: Option<f64>,
-    /// What was expected and what came, what it waits for, or what is done; absent when there is nothing to add.
+    /// Details of the entry, if any.
     #[serde(skip_serializing_if = "Option::is_none")]
     message: Option<String>,
 }
@@ -60,9 +60,9 @@ impl From<EntryProgress> for ScenarioStep {
     }
 }
 
-/// Get how far the scenario is
+/// Get the progress of the scenario
 ///
-/// The one that `ts3100 serve --scenario FILE` plays to this robot.
+/// The scenario of `ts3100 serve --scenario FILE` for this robot.
 #[utoipa::path(get, path = "/scenario", responses((status = 200, body = ScenarioDocument)))]
 pub async fn get_scenario(handle: Handle) -> Answer<ScenarioDocument> {
     let Some(play) = handle.scenario.clone() else {

@@ -18,7 +18,7 @@ const PROMETHEUS: &str = "text/plain; version=0.0.4; charset=utf-8";
 /// The health of the emulator.
 #[derive(Debug, Clone, Serialize, ToSchema)]
 pub struct Health {
-    /// `ok`: the loop that serves the hosts has answered.
+    /// `ok`: the loop that serves the hosts responds.
     status: &'static str,
     /// Whether the power of the controller is on; of a single robot.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -26,7 +26,7 @@ pub struct Health {
     /// Virtual time in seconds; of a single robot.
     #[serde(skip_serializing_if = "Option::is_none")]
     t: Option<f64>,
-    /// How many robots run in this process, if there are several.
+    /// Number of robots in this process, if there are several.
     #[serde(skip_serializing_if = "Option::is_none")]
     robots: Option<usize>,
     /// The directory of the RAM drive (`--drive`), if there is one.
@@ -41,10 +41,10 @@ pub struct DriveHealth {
     status: &'static str,
     /// Changes that it did not accept since the start.
     failures: u64,
-    /// Why it did not accept the last one.
+    /// Reason for which it did not accept the last one.
     #[serde(skip_serializing_if = "Option::is_none")]
     error: Option<String>,
-    /// Files that a restart would lose, because the directory does not have them.
+    /// Files that are missing in the directory; a restart would lose them.
     unkept: Vec<String>,
 }
 
@@ -60,7 +60,7 @@ impl DriveHealth {
     }
 }
 
-/// Version of the emulator, and what it emulates.
+/// Version of the emulator and its robot.
 #[derive(Debug, Clone, Serialize, ToSchema)]
 pub struct Version {
     /// `ts3100`.
@@ -204,17 +204,17 @@ fn drive_gauges(condition: &BackingStatus) -> [Gauge; 3] {
     [
         gauge(
             "ts3100_drive_failing",
-            "1 if the directory of the RAM drive did not take the last change.",
+            "1 if the directory of the RAM drive did not accept the last change.",
             condition.error.is_some(),
         ),
         gauge(
             "ts3100_drive_failures",
-            "Changes that the directory of the RAM drive did not take since the start.",
+            "Changes that the directory of the RAM drive did not accept since the start.",
             failures,
         ),
         gauge(
             "ts3100_drive_unkept_files",
-            "Files that the directory of the RAM drive does not have as they are.",
+            "Files that are missing or old in the directory of the RAM drive.",
             unkept,
         ),
     ]

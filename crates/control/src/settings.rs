@@ -7,7 +7,7 @@ use std::net::{IpAddr, Ipv4Addr, SocketAddr};
 use std::str::FromStr;
 use ts3100_proto::words::UnexpectedWord;
 
-/// The port, if nothing else is said.
+/// The default port.
 pub const DEFAULT_PORT: u16 = 3_100;
 /// Fewest characters of a token.
 pub const MIN_TOKEN: usize = 16;
@@ -50,24 +50,24 @@ pub struct ControlSettings {
     pub hosts: Vec<String>,
 }
 
-/// Why there can be no control interface.
+/// A setting that does not allow a control interface.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum ControlError {
-    /// Nothing keeps others out.
+    /// Reachable from other machines without a token.
     #[error(
-        "--control {0} can be reached from other machines: give a token by --control-token-file, \
+        "--control {0} can be reached from other machines: give a token with --control-token-file, \
          --control-token or TS3100_CONTROL_TOKEN, choose 127.0.0.1, or accept every call with --control-open"
     )]
     NoToken(SocketAddr),
-    /// The token is none.
+    /// An invalid token.
     #[error("--control-token: expected at least {MIN_TOKEN} visible ASCII characters, found {0}")]
     Token(String),
-    /// The name is none.
+    /// An invalid host name.
     #[error("--control-host: expected a name without scheme and port, found `{0}`")]
     Host(String),
     /// The port does not exist.
     #[error(
-        "--port-offset {0}: the control interface would be on port {DEFAULT_PORT} + {0}; say --control off or \
+        "--port-offset {0}: the control interface would be on port {DEFAULT_PORT} + {0}; use --control off or \
          --control ADDRESS:PORT"
     )]
     Offset(u16),
@@ -89,7 +89,7 @@ impl ControlSettings {
         self.open && self.token.is_none()
     }
 
-    /// Says whether it may be so.
+    /// Checks the settings.
     ///
     /// # Errors
     /// See [`ControlError`].

@@ -26,7 +26,7 @@ pub struct SnapshotList {
 #[derive(Debug, Clone, Serialize, ToSchema)]
 #[schema(as = Snapshot)]
 pub struct SnapshotInfo {
-    /// Its name.
+    /// Name of the snapshot.
     name: String,
     /// The virtual time at which it was taken, in seconds.
     t: f64,

@@ -27,34 +27,34 @@ pub struct ControllerState {
     time_mode: String,
     /// Date and time as the error history writes them.
     calendar: String,
-    /// The power is on.
+    /// Whether the power is on.
     power: bool,
     /// Position of the key switch.
     #[serde(with = "KeyPosition")]
     #[schema(value_type = KeyPosition)]
     key_switch: KeySwitch,
-    /// Who commands the robot in EXT.
+    /// Source of commands in EXT.
     #[serde(with = "RightHolder")]
     #[schema(value_type = RightHolder)]
     control_right: ControlRight,
-    /// The column of the permission tables that holds.
+    /// Master mode: the present column of the permission tables.
     master_mode: &'static str,
     /// Operation mode: `continuous`, `cycle`, `step`, `segment`.
     run_mode: &'static str,
-    /// Servo power is on.
+    /// Whether servo power is on.
     servo: bool,
-    /// Virtual time in seconds at which servo power comes that `servo.interval` holds back.
+    /// Virtual time in seconds at which delayed servo power comes on (`servo.interval`).
     #[serde(skip_serializing_if = "Option::is_none")]
     servo_due: Option<f64>,
-    /// The emergency stop is pressed.
+    /// Whether the emergency stop is pressed.
     emergency_stop: bool,
-    /// The safety switch is open.
+    /// Whether the safety switch is open.
     safety_open: bool,
-    /// Feed hold is on.
+    /// Whether feed hold is on.
     feed_hold: bool,
-    /// The machine lock is on.
+    /// Whether the machine lock is on.
     machine_lock: bool,
-    /// The battery of the RAM drive is low.
+    /// Whether the battery of the RAM drive is low.
     battery_low: bool,
     /// Speed override in percent.
     override_percent: u8,
@@ -66,9 +66,9 @@ pub struct ControllerState {
     #[serde(with = "StatusName")]
     #[schema(value_type = StatusName)]
     status: ExecutionStatus,
-    /// File line at which the main program stands.
+    /// Current file line of the main program.
     line: u32,
-    /// File line that is executed: of the motion, while one is under way.
+    /// File line that is executed: that of the current motion, if any.
     executed_line: u32,
     /// File line that is analysed.
     analysed_line: u32,
@@ -80,9 +80,9 @@ pub struct ControllerState {
     hands: [&'static str; 2],
     /// Active alarms, oldest first.
     alarms: Vec<ActiveAlarm>,
-    /// Din.
+    /// Inputs (Din).
     inputs: LineList,
-    /// Dout.
+    /// Outputs (Dout).
     outputs: LineList,
     /// The six communication ports.
     channels: Vec<ChannelStatus>,
@@ -90,16 +90,16 @@ pub struct ControllerState {
     files: DriveStatus,
     /// Variables and positions of GLOBAL and DATA of the selected file.
     variables: Vec<VariableInfo>,
-    /// Faults on purpose, and what has become of them.
+    /// Faults and their outcome.
     faults: FaultList,
-    /// Rules of the manual that hosts broke, each with how often.
+    /// Rules of the manual that hosts broke, with the number of times.
     findings: BTreeMap<String, u64>,
     /// The watchdog of a host, while it is armed.
     #[serde(skip_serializing_if = "Option::is_none")]
     watchdog: Option<WatchdogStatus>,
     /// Parameters in effect.
     parameters: Parameters,
-    /// What PRINT has shown on the teach pendant.
+    /// Output of PRINT on the teach pendant.
     pendant: String,
     /// The three pages [ETHER] of the teach pendant.
     ether_pages: Vec<PendantPage>,
@@ -109,7 +109,7 @@ pub struct ControllerState {
     run_minutes: u32,
 }
 
-/// Guidance by hand, as SF shows it.
+/// Guidance by hand, as in SF.
 #[derive(Debug, Clone, Copy, Serialize, ToSchema)]
 #[schema(as = Guidance)]
 pub struct JogStatus {
@@ -127,9 +127,9 @@ pub struct JogStatus {
 pub struct TaskStatus {
     /// 1 the main program, 0 the statement of DO.
     id: u16,
-    /// File line at which it stands.
+    /// Current file line.
     line: u32,
-    /// What it is doing: `stopped`, `ready`, `running`, `held`, `moving`, `queued`, `resting`, `delay`, `input`,
+    /// State of the task: `stopped`, `ready`, `running`, `held`, `moving`, `queued`, `resting`, `delay`, `input`,
     /// `wait`.
     doing: &'static str,
     /// The port from which it waits for values; absent for the teach pendant.
@@ -150,17 +150,17 @@ pub struct ArmPose {
     world: Vec<f64>,
     /// The tool point in the work coordinate system.
     work: Vec<f64>,
-    /// Name of that coordinate system; empty when it has none.
+    /// Name of that coordinate system; empty without a name.
     work_name: String,
     /// The configuration as a program writes it.
     configuration: i64,
-    /// A motion is under way or held.
+    /// Whether a motion is under way or held.
     moving: bool,
-    /// Percentage of it completed; 100 when none is under way.
+    /// Completed percentage of the motion; 100 without a motion.
     percent: f64,
     /// The current position file of the SCARA edition, its 20 items: motion status, execution line, joints 1 to 6 as
-    /// integer parts, as commanded and as measured, torques 1 to 6 in percent of the acceleration an axis has. No
-    /// command is known that asks for it.
+    /// integer parts, as commanded and as measured, torques 1 to 6 in percent of the acceleration an axis has. No known
+    /// command reads it.
     position_file: String,
 }
 
@@ -168,11 +168,11 @@ pub struct ArmPose {
 #[derive(Debug, Clone, Copy, Serialize, ToSchema)]
 #[schema(as = Watchdog)]
 pub struct WatchdogStatus {
-    /// Longest pause between two SM, in seconds.
+    /// Longest allowed pause between two SM, in seconds.
     timeout: f64,
-    /// Level of the alarm that follows a longer one.
+    /// Level of the alarm after a longer pause.
     level: u8,
-    /// Virtual time in seconds at which it barks.
+    /// Virtual time in seconds at which the watchdog raises the alarm.
     due: f64,
 }
 
@@ -197,7 +197,7 @@ pub fn ether_pages(view: &View<'_>) -> Vec<PendantPage> {
 }
 
 impl ControllerState {
-    /// As it is now.
+    /// Reads the present state.
     pub fn new(view: &View<'_>, findings: BTreeMap<String, u64>) -> ControllerState {
         let controller = view.controller;
         let state = controller.state();

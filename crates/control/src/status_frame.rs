@@ -1,4 +1,4 @@
-//! `/status-frame`: what the command SF would tell a host now, field by field in words.
+//! `/status-frame`: the present content of SF, field by field in words.
 //!
 //! The content is the controller's, its fields are [`ts3100_proto::dissect`]'s. Here each field gets a meaning beyond its
 //! value: texts of alarms, names of lines, units.
@@ -12,10 +12,7 @@ use ts3100_proto::text::{EOF, ETX, STX};
 /// Meanings of fields whose value alone does not say it, by their keys without `sf.`.
 const MEANINGS: [(&str, &str); 11] = [
     ("motion-status", "execution status; a statement of DO runs too"),
-    (
-        "su-request",
-        "on: SU has changed since this host last asked for it",
-    ),
+    ("su-request", "on: SU has changed since this host last read it"),
     (
         "execution-line",
         "file line of the motion, or at which the program is; 0 without a file",
@@ -39,13 +36,13 @@ const MEANINGS: [(&str, &str); 11] = [
 /// A field of SF.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, ToSchema)]
 pub struct StatusField {
-    /// Its stable name, with dots: `sf.servo`, `sf.joint.1`.
+    /// Stable name, with dots: `sf.servo`, `sf.joint.1`.
     key: String,
-    /// Its name in the manual.
+    /// Name in the manual.
     name: String,
-    /// The value in words: `on`, `2-046`, `Din1 Din3`, `12.5`.
+    /// Value in words: `on`, `2-046`, `Din1 Din3`, `12.5`.
     value: String,
-    /// What the value means: the text of an alarm, names of lines, the unit; absent when there is nothing to add.
+    /// Meaning of the value: the text of an alarm, names of lines, the unit; absent if the value is clear.
     #[serde(skip_serializing_if = "Option::is_none")]
     meaning: Option<String>,
 }

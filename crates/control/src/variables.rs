@@ -19,16 +19,16 @@ const MAX_VALUES: usize = 16;
 #[derive(Debug, Clone, Serialize, ToSchema)]
 #[schema(as = Variable)]
 pub struct VariableInfo {
-    /// Its name.
+    /// Name of the variable.
     name: String,
-    /// Its kind; absent when the first assignment will fix it.
+    /// Type; absent until the first assignment fixes it.
     #[serde(skip_serializing_if = "Option::is_none")]
     #[schema(value_type = Option<KindName>)]
     kind: Option<Kind>,
     /// Upper bounds of its subscripts; empty for a plain variable.
     bounds: Vec<u32>,
-    /// Its value in the order of the command MR: one number, or those of a load, a coordinate, a position; absent when
-    /// it has none, or when it is an array.
+    /// Value in the order of the command MR: one number, or those of a load, a coordinate, a position; absent for an
+    /// array and before the first value.
     #[serde(skip_serializing_if = "Option::is_none")]
     #[schema(value_type = Option<Vec<f64>>)]
     value: Option<Vec<Number>>,
@@ -38,7 +38,7 @@ pub struct VariableInfo {
     elements: Option<Vec<Option<Vec<Number>>>>,
 }
 
-/// Kind of a variable.
+/// Type of a variable.
 #[derive(Serialize, ToSchema)]
 #[serde(remote = "ValueKind", rename_all = "lowercase")]
 #[schema(as = VariableKind)]
@@ -59,8 +59,8 @@ struct Kind(#[serde(with = "KindName")] ValueKind);
 #[serde(deny_unknown_fields)]
 #[schema(as = SetValue)]
 pub struct SetValueRequest {
-    /// As many numbers as the kind takes on this arm, in the order of the command MW. A whole number without a decimal
-    /// point fits integers and reals, one with a decimal point reals only. A single number needs no list.
+    /// As many numbers as the type has on this arm, in the order of the command MW. A number without a decimal point
+    /// fits integers and reals, one with a decimal point fits reals only. A single number needs no list.
     #[serde(deserialize_with = "one_or_several")]
     #[schema(schema_with = values_schema)]
     value: Vec<Number>,
@@ -213,7 +213,7 @@ pub async fn put_position(
 
 /// Teach a position
 ///
-/// It takes the current position of the arm.
+/// Stores the current position of the arm.
 #[utoipa::path(post, path = "/positions/{name}/teach", request_body = TeachRequest,
     params(("name" = String, Path, description = "Name of the position")), responses((status = 200, body = VariableInfo)))]
 pub async fn teach_position(

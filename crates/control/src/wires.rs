@@ -10,7 +10,7 @@ use axum::Extension;
 #[derive(Debug, Clone, Serialize, ToSchema)]
 #[schema(as = Wires)]
 pub struct WireList {
-    /// In the order of the configuration.
+    /// Wires in the order of the configuration.
     wires: Vec<WireInfo>,
 }
 
@@ -18,7 +18,7 @@ pub struct WireList {
 #[derive(Debug, Clone, Copy, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 pub struct SetOutside {
-    /// Whether it is on.
+    /// Whether the line is on.
     on: bool,
 }
 
@@ -44,7 +44,7 @@ pub async fn get_wires(Extension(robots): Fleet) -> Answer<WireList> {
 
 /// Set an outside line
 ///
-/// A line at which a wire begins. Everything that follows from it at once has happened when the call returns.
+/// A line at which a wire begins. All immediate consequences have happened when the call returns.
 #[utoipa::path(put, path = "/wires/outside/{name}", params(("name" = String, Path, description = "Name of the line")),
     request_body = SetOutside, responses((status = 200, body = WireList)))]
 pub async fn put_outside(

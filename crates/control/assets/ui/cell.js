@@ -52,7 +52,7 @@ function build(robot) {
 
 /** Lamps as [word, kind]. */
 function shownLamps(robot, found, state) {
-  if (!robot.started) return [["starts when it is used", "off"]];
+  if (!robot.started) return [["starts at its first use", "off"]];
   if (!found) return [];
   const words = [];
   if (!found.power) words.push(["power off", "bad"]);

@@ -59,8 +59,7 @@ export function list(parent, items, key, build, update) {
 let lastReason;
 
 /**
- * Something to press. While the call is on its way the button is busy. Why it was refused stands next to it until the next
- * button is pressed.
+ * A button. It is busy during its call. The reason of a refusal appears next to it until the next button is pressed.
  */
 export function button(label, call, properties = {}) {
   const reason = make("output", {class: "reason", role: "alert"});

@@ -27,7 +27,7 @@ const card = (title, ...children) => make("section", {class: "card", "aria-label
 function makeClock(robot) {
   const modes = choice("Time", [["real", "Real"], ["stepped", "Stepped"], ["auto", "Auto"]], mode => robot.put("clock", {mode}));
   const factor = text({type: "number", min: "1", max: "100000", value: "10", inputmode: "numeric"});
-  const times = button("Run at this factor", () => robot.put("clock", {mode: "x" + factor.value}));
+  const times = button("Set speed", () => robot.put("clock", {mode: "x" + factor.value}));
   const by = text({type: "number", min: "0", step: "any", value: "1", inputmode: "decimal"});
   const advance = button("Advance", () => robot.post("clock/advance", {seconds: Number(by.value)}), {class: "start"});
   const until = text({list: "lab-conditions", placeholder: "output 5 on", size: "16"});
@@ -69,7 +69,7 @@ function makeFaults(robot) {
   }, {class: "start"});
   const clear = button("Remove all", () => robot.remove("faults"));
   const sheet = make("div", {class: "sheet", hidden: true}, what, remedy, make("div", {class: "row"}, field("Command", command), field("Port", channel),
-    field("Times (0: always)", times), field("After how many", after)), form, arm.element);
+    field("Times (0: no limit)", times), field("Skip first", after)), form, arm.element);
 
   function choose(kind) {
     chosen = kind.kind;
@@ -117,9 +117,9 @@ function makeLinks(robot) {
   const inject = button("Inject", () => robot.post("channels/" + port.value + "/inject", {hex: hexOf(bytes.value)}));
   const drop = button("Cut the connection", () => robot.post("channels/" + port.value + "/drop"));
   const reset = button("Reset the robot", async () => {
-    if (confirm("Put the robot back to its state at the start? Its files, variables and alarms are lost.")) await robot.post("reset");
+    if (confirm("Reset the robot to its initial state? Its files, variables and alarms are lost.")) await robot.post("reset");
   }, {class: "danger"});
-  return card("Connections", make("div", {class: "row"}, field("Port", port), field("Bytes, \\r and <1A> are codes", bytes)),
+  return card("Connections", make("div", {class: "row"}, field("Port", port), field("Bytes (escapes: \\r, <1A>)", bytes)),
     make("div", {class: "row"}, inject.element, drop.element), make("h4", {}, "Start over"), reset.element);
 }
 
@@ -137,17 +137,17 @@ function differences(left, right, path = "", depth = 0, found = []) {
 }
 
 function shownValue(value) {
-  if (value === undefined) return "is not there";
+  if (value === undefined) return "missing";
   const words = JSON.stringify(value);
   return words.length > SHOWN ? words.slice(0, SHOWN) + "\u2026" : words;
 }
 
-/** Snapshots: taken, put back, compared, as files. */
+/** Snapshots: take, restore, compare, save as files. */
 function makeSnapshots(robot) {
   let names = [];
   const path = name => "snapshots/" + encodeURIComponent(name);
   const name = text({size: "12", placeholder: "before"});
-  const rows = make("ul", {class: "snapshots", "aria-label": "Snapshots"}), none = make("p", {class: "empty"}, "No snapshot is kept.");
+  const rows = make("ul", {class: "snapshots", "aria-label": "Snapshots"}), none = make("p", {class: "empty"}, "No snapshots.");
   const left = select([]), right = select([]);
   const table = make("tbody"), heading = make("p", {role: "status"});
   const shown = make("div", {class: "scroll", hidden: true, tabindex: "0", role: "region", "aria-label": "Differences"}, make("table", {},
@@ -158,7 +158,7 @@ function makeSnapshots(robot) {
     names = found.map(one => one.name);
     none.hidden = names.length > 0;
     list(rows, found, one => one.name, one => make("li", {}, make("strong", {}, one.name), make("span", {class: "mono"}),
-      button("Put back", async () => { await robot.post(path(one.name) + "/restore"); }, {"aria-label": "Put back " + one.name}).element,
+      button("Restore", async () => { await robot.post(path(one.name) + "/restore"); }, {"aria-label": "Restore " + one.name}).element,
       button("Save", () => save(one.name), {"aria-label": "Save " + one.name + " as a file"}).element,
       button("Delete", async () => { await robot.remove(path(one.name)); await read(); }, {"aria-label": "Delete " + one.name}).element),
     (row, one) => say(row.children[1], fixed(one.t, 3) + " s"));
@@ -177,7 +177,7 @@ function makeSnapshots(robot) {
   }
 
   const take = button("Take", async () => {
-    if (!name.value.trim()) throw new Error("give the snapshot a name");
+    if (!name.value.trim()) throw new Error("type a name for the snapshot first");
     await robot.put(path(name.value.trim()));
     name.value = "";
     await read();
@@ -214,7 +214,7 @@ function makeScenario(robot) {
     async read() {
       let found;
       try { found = await robot.get("scenario"); } catch (error) {
-        say(heading, error.status === 404 ? "No scenario is played. Start one with: ts3100 serve --scenario FILE" : error.message);
+        say(heading, error.status === 404 ? "No scenario is running. Start one with: ts3100 serve --scenario FILE" : error.message);
         return;
       }
       say(heading, found.file + ": " + found.state);
@@ -264,7 +264,7 @@ function makeCoverage(robot) {
   }
 
   return {
-    element: card("Coverage of the permission tables", heading, make("p", {class: "hint"}, "\u2713 served, NG refused, and how often; \u00b7 not reached yet."), tables),
+    element: card("Coverage of the permission tables", heading, make("p", {class: "hint"}, "\u2713 n accepted, NG n refused, \u00b7 not tried."), tables),
     async read() {
       let found;
       try { found = await robot.get("coverage"); } catch (error) { return say(heading, error.message); }
@@ -278,7 +278,7 @@ function makeCoverage(robot) {
 
 /** Which rules hosts have broken, how often, and what to do. */
 function makeFindings(robot) {
-  const rows = make("ul", {class: "rules", "aria-label": "Findings"}), none = make("p", {class: "empty"}, "No host has made a mistake.");
+  const rows = make("ul", {class: "rules", "aria-label": "Findings"}), none = make("p", {class: "empty"}, "No findings.");
   return {
     element: card("Findings", none, rows),
     async read() {

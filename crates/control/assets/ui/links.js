@@ -61,16 +61,16 @@ export function reach({kind, geometry: g}) {
   return [g.shoulder_offset, g.upper_arm, Math.hypot(g.elbow_offset, g.forearm), g.flange].reduce((sum, one) => sum + Math.abs(one), 0);
 }
 
-/** Height of the floor: a SCARA stands on a column, so that its shaft has room. */
+/** Height of the floor: a SCARA is mounted on a column, so that its shaft has room. */
 export function floor({kind, axes}, tool = [0, 0, 0]) {
   return kind === "scara" ? axes[2].min + Math.min(0, tool[2]) - 30 : 0;
 }
 
 /**
- * The arm in a posture. It stands at the origin of world: BASE moves the positions, not the arm. `flange` and `tool` are
- * matrices in world. `parts` are its solids, foot first: each lies in the coordinate system `matrix`, goes `from` one point
- * `to` another with the radii `r`, and belongs to an axis (from 0; -1 is the foot). It is a `limb` (rounded ends), a `hub`
- * (flat ends, about the axis of a joint), `metal` or the `tool`.
+ * The arm in a posture. It is at the origin of world: BASE moves the positions, not the arm. `flange` and `tool` are
+ * matrices in world. `parts` are its solids, foot first: each lies in the coordinate system `matrix`, goes `from` one
+ * point `to` another with the radii `r`, and belongs to an axis (from 0; -1 is the foot). It is a `limb` (rounded
+ * ends), a `hub` (flat ends, about the axis of a joint), `metal` or the `tool`.
  */
 export function chain(model, joints, tool) {
   const g = model.geometry, root = IDENTITY, parts = [];

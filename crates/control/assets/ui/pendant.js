@@ -233,10 +233,10 @@ function makeJog(robot) {
   }
 
   async function begin(key, axis, direction, name) {
-    if (held) return end("Two keys at once: stopped.");
+    if (held) return end("Stopped: two keys were held at once.");
     say(reason, "");
-    if (robot.state?.key_switch !== "teaching") return say(reason, "Jogging needs the key switch in TEACHING.");
-    if (robot.link !== "connected") return say(reason, "The page is not connected.");
+    if (robot.state?.key_switch !== "teaching") return say(reason, "Turn the key switch to TEACHING to jog.");
+    if (robot.link !== "connected") return say(reason, "The page is not connected to the robot; wait until it is.");
     const mine = held = {key, abort: new AbortController()};
     mark(key, "data-held", true);
     say(moving, name + (inching ? ": one step" : " moves"));
@@ -309,17 +309,17 @@ function makeJog(robot) {
     rate.show(speed);
     inch.show(inching);
     const ready = state.key_switch === "teaching";
-    if (!ready) end("The key switch is no longer in TEACHING: stopped.");
-    say(locked, "Jogging needs the key switch in TEACHING. It is in " + state.key_switch.toUpperCase() + ".");
+    if (!ready) end("Stopped: the key switch is no longer in TEACHING.");
+    say(locked, "Turn the key switch to TEACHING to jog. It is in " + state.key_switch.toUpperCase() + ".");
     notice.hidden = ready;
     for (const row of rowsOf) for (const key of [row.minus, row.plus]) mark(key, "aria-disabled", !ready);
   }
 
-  const stop = () => end("Stopped: the page has lost the focus.");
+  const stop = () => end("Stopped: the page lost the focus.");
   addEventListener("blur", stop);
   addEventListener("pagehide", stop);
   document.addEventListener("visibilitychange", () => { if (document.hidden) stop(); });
-  robot.on("link", link => { if (link !== "connected") end("The page is not connected: stopped."); });
+  robot.on("link", link => { if (link !== "connected") end("Stopped: the page is not connected."); });
 
   return {
     element: make("section", {class: "jogging", "aria-label": "Jogging"}, make("h3", {}, "Jog, at most 250 mm/s"), notice,
@@ -363,7 +363,7 @@ function makeTeach(robot) {
 
   async function teach(which) {
     const found = await robot.post("positions/" + encodeURIComponent(which) + "/teach", {restore: true});
-    say(told, which + " is taught and in DATA of " + robot.state.file + ".");
+    say(told, which + " is taught and stored in DATA of " + robot.state.file + ".");
     positions = positions.map(one => one.name === which ? found : one);
     draw();
     const row = [...rows.children].find(one => one.dataset.key === which);
@@ -373,12 +373,12 @@ function makeTeach(robot) {
 
   const add = button("Add here", async () => {
     const wanted = name.value.trim().toUpperCase(), selected = robot.state.file;
-    if (!selected) throw new Error("cannot add a position: no file is selected");
-    if (!/^[A-Z][A-Z0-9_]*$/.test(wanted)) throw new Error("cannot add a position: a name is a letter, then letters and digits");
-    if (positions.some(one => one.name === wanted)) throw new Error("cannot add " + wanted + ": it is there already; press TEACH beside it");
-    if (robot.state.status !== "stop (reset)") throw new Error("cannot add a position: the program is not reset");
+    if (!selected) throw new Error("cannot add a position: select a file first");
+    if (!/^[A-Z][A-Z0-9_]*$/.test(wanted)) throw new Error("cannot add a position: use a name of a letter, then letters and digits");
+    if (positions.some(one => one.name === wanted)) throw new Error("cannot add " + wanted + ": it exists already; press TEACH next to it");
+    if (robot.state.status !== "stop (reset)") throw new Error("cannot add a position: reset the program first; select " + selected + " again");
     const path = "files/" + encodeURIComponent(selected), stored = await robot.get(path);
-    if (stored.text === undefined || stored.text === null) throw new Error("cannot add a position: " + selected + " is not text");
+    if (stored.text === undefined || stored.text === null) throw new Error("cannot add a position: " + selected + " is a binary file");
     await robot.put(path, {text: withPoint(stored.text, wanted, robot.state.arm.work)});
     await robot.post(path + "/select");
     await robot.get("positions").then(found => { positions = found; });

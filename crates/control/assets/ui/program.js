@@ -185,7 +185,7 @@ function makeEditor(robot, done) {
       if (mine !== asked) return;
       found.replaceChildren(...all.map(one => make("li", {}, make("button", {type: "button", "data-severity": one.severity, onclick: () => jump(one)}, ...diagnostic(one)))));
       for (const [at, row] of [...numbers.children].entries()) mark(row, "data-severity", all.find(one => one.line === at + 1)?.severity ?? "");
-      say(told, all.length ? all.length + (all.length === 1 ? " diagnostic" : " diagnostics") : "The check finds nothing.");
+      say(told, all.length ? all.length + (all.length === 1 ? " diagnostic" : " diagnostics") : "No errors, no warnings.");
     } catch (error) {
       if (mine !== asked) return;
       say(told, error.message);
@@ -261,7 +261,7 @@ function makeVariables(robot) {
       // What is shown is rounded: it is not written back.
       if (input.value === input.dataset.live) return input.blur();
       const values = input.value.split(",").map(text => text.trim());
-      if (values.some(text => text === "" || !Number.isFinite(Number(text)))) return say(reason, "expected a number, or numbers with commas");
+      if (values.some(text => text === "" || !Number.isFinite(Number(text)))) return say(reason, "expected a number, or numbers separated by commas");
       try {
         const value = values.map(Number);
         await robot.put("variables/" + encodeURIComponent(row.name), {value: value.length === 1 ? value[0] : value});
@@ -291,7 +291,7 @@ function makeVariables(robot) {
   return {
     element: make("section", {class: "variables", "aria-label": "Variables"}, make("div", {class: "head"}, make("h3", {}, "Variables"), search),
       make("div", {class: "scroll", tabindex: "0", role: "region", "aria-label": "List of variables"}, table), more,
-      make("p", {class: "hint"}, "Enter sets a value, Escape leaves it.")),
+      make("p", {class: "hint"}, "Enter saves, Escape cancels.")),
     state(state) { last = rowsOf(state.variables); draw(); },
   };
 }
@@ -312,7 +312,7 @@ export function create(robot) {
   source.onChoose = number => { line.value = number; };
   const edit = button("Edit", async () => {
     const found = await robot.get(path(open));
-    if (typeof found.text !== "string") throw new Error("cannot edit " + open + ": it is not text");
+    if (typeof found.text !== "string") throw new Error("cannot edit " + open + ": it is a binary file");
     work.hidden = true;
     editor.edit(open, found.text);
   });
@@ -325,8 +325,8 @@ export function create(robot) {
   const name = make("input", {id: "program-new", size: "10", maxlength: "16", autocomplete: "off", spellcheck: "false"});
   const fresh = button("New", async () => {
     const wanted = name.value.trim().toUpperCase();
-    if (!wanted) throw new Error("cannot make a file: it has no name");
-    if (robot.state.files.files.some(file => file.name === wanted)) throw new Error("cannot make " + wanted + ": it is on the drive already");
+    if (!wanted) throw new Error("cannot create a file: type its name first");
+    if (robot.state.files.files.some(file => file.name === wanted)) throw new Error("cannot create " + wanted + ": it exists already; choose another name");
     guard();
     await robot.put(path(wanted), {text: "PROGRAM " + wanted.split(".")[0] + "\n\nEND\n"});
     name.value = "";
@@ -353,7 +353,7 @@ export function create(robot) {
       if (mine !== reading) return;
       lastText = typeof found.text === "string" ? found.text : "";
       told.hidden = typeof found.text === "string";
-      say(told, wanted + " is not text: " + found.size + " bytes.");
+      say(told, wanted + " is a binary file: " + found.size + " bytes.");
       source.text(lastText);
       here();
       files(robot.state);
@@ -408,7 +408,7 @@ export function create(robot) {
     make("div", {class: "row run"}, start.element, stop.element, step.element, runTo.element, make("label", {for: "program-line", class: "sr"}, "Line"), line, status),
     make("div", {class: "columns"},
       make("section", {class: "code", "aria-label": "Program"}, make("div", {class: "head"}, title, edit.element), told, work, editor.element,
-        make("p", {class: "hint"}, "\u25b6 executed, \u203a analysed. Press a line number to choose the line and its breakpoint; arrow keys move.")),
+        make("p", {class: "hint"}, "\u25b6 executed, \u203a analysed. Click a line number to set a breakpoint; arrow keys move.")),
       make("aside", {class: "side", "aria-label": "Drive, tasks and variables"},
         make("section", {"aria-label": "RAM drive"}, make("h3", {}, "RAM drive"), make("div", {class: "scroll"}, rows), make("div", {class: "row new"},
           make("label", {for: "program-new"}, "New file"), name, fresh.element), used),
@@ -492,7 +492,7 @@ export function takeDrops(robot) {
         // Files that were uploaded from a robot often still have their EOF.
         const stored = await robot.put(path(name), bytes(data.at(-1) === EOF ? data.subarray(0, -1) : data));
         notice(file.name + " is on the RAM drive as " + stored.name + ", " + stored.size + " bytes.");
-      } catch (error) { notice("cannot write " + file.name + " onto the RAM drive: " + error.message, true); }
+      } catch (error) { notice("cannot write " + file.name + " to the RAM drive: " + error.message, true); }
     }
   });
 }

@@ -34,7 +34,7 @@ const OTHERS = {
   "fault": event => event.kind + ": " + event.message,
   "alarm": event => event.number + " " + event.text,
   "power-off": () => "", "power-on": () => "",
-  "reset": () => "the robot begins anew",
+  "reset": () => "the robot was reset",
   "restored": () => "a snapshot was restored",
 };
 
@@ -76,7 +76,7 @@ class Reader {
     if (event.seq > this.next) {
       const lost = event.seq - this.next;
       this.add(event, "remark", {text: this.next > 1 ? lost + " events are missing here: the page could not keep up."
-        : lost + " earlier events are not kept here. The downloads have more."});
+        : lost + " earlier events are not in this page. The downloads have more."});
     }
     this.next = event.seq + 1;
     const port = this.ports[event.port] ??= {pending: ""}, framed = FRAMED.includes(event.port);
@@ -102,7 +102,7 @@ class Reader {
     port.text = this.add(event, kind, {hex: event.hex, rest: "data", group: port.group});
   }
 
-  /** After each batch: bytes that are no complete text yet have a row of their own. */
+  /** After each batch: bytes of an incomplete text get their own row. */
   settle() {
     for (const port of Object.values(this.ports)) {
       if ((port.part?.hex ?? "") === port.pending) continue;
@@ -229,7 +229,7 @@ async function copy(text) {
   area.select();
   const done = document.execCommand("copy");
   area.remove();
-  if (!done) throw new Error("cannot copy: the browser does not allow it. Download the transcript instead.");
+  if (!done) throw new Error("cannot copy: the browser does not allow it; download the transcript instead");
 }
 
 /** Rows in the form of `--transcript`. */
@@ -369,7 +369,7 @@ export function create(robot) {
     if (top !== before) grid.scrollTop = top;
     render();
     none.hidden = shown.length > 0;
-    say(none, reader.rows.length ? "No row matches the filters." : "Nothing yet. Connect a host program to one of the ports.");
+    say(none, reader.rows.length ? "No row matches the filters." : "No traffic yet. Connect a host program to one of the ports.");
     say(count, (paused ? "Paused, " + waiting + " new events. " : "") + (filtered ? shown.length + " of " : "") + reader.rows.length + " rows");
     end.element.hidden = follow || !shown.length;
     failure.button.disabled = !reader.failure;
@@ -527,21 +527,21 @@ export function create(robot) {
       "Saved from " + version.name + " " + version.version + ", which emulates a " + version.controller + " (" + version.model + ").",
       "Times are in seconds since the start of the robot.", "",
       ...facts(group.rows[0]).map(([name, value]) => name + ": " + value)];
-    lines.push("", "WHAT WAS WRONG", "");
+    lines.push("", "PROBLEMS", "");
     for (const found of group.rows) {
       if (found.kind === "event") lines.push(found.rest + ": " + found.text);
       if (found.kind === "finding") lines.push(found.event.severity + ": " + found.letters + " (manual, section " + found.event.source + ")", "    " + found.text, "    " + (cause(found) || "Remedy: " + found.event.remedy));
     }
     if (!group.findings) lines.push(group.ng ? "The answer is NG." : "Nothing.");
-    lines.push("", "WHAT WAS SENT", "");
+    lines.push("", "TRAFFIC", "");
     for (const found of group.rows) {
       if (!ARROWS[found.kind]) continue;
       lines.push(found.t.toFixed(6) + "  " + ARROWS[found.kind].replace("\u2192", "->") + "  " + found.text);
       for (let at = 0; at < Math.min(found.hex.length, 2 * DUMP); at += 64) lines.push("    " + bytesOf(found.hex.slice(at, at + 64)).join(" "));
       for (const field of await decode(found)) lines.push("    " + field.name + ": " + field.value);
     }
-    if (group.more) lines.push(group.more + " more rows are left out");
-    lines.push("", "THE ROBOT WHEN THIS WAS SAVED", "",
+    if (group.more) lines.push(group.more + " more rows are omitted");
+    lines.push("", "STATE OF THE ROBOT", "",
       ...Object.entries(state).filter(([, value]) => typeof value !== "object").map(([key, value]) => key.replaceAll("_", " ") + ": " + value),
       "alarms: " + (state.alarms.map(alarm => alarm.number + " " + alarm.text).join("; ") || "none"), "");
     save("exchange-" + (group.command ?? "text") + "-" + group.rows[0].t.toFixed(3) + ".txt", new Blob([lines.join("\n")], {type: "text/plain"}));
@@ -554,7 +554,7 @@ export function create(robot) {
   robot.on("reset", () => {
     queue = [];
     reader = new Reader();
-    reader.add({seq: 0, t: 0}, "remark", {text: "The emulator was started anew. What came before is gone."});
+    reader.add({seq: 0, t: 0}, "remark", {text: "The emulator was restarted. Earlier events are gone."});
     ask();
   });
 

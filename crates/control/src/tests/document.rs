@@ -26,7 +26,7 @@ use utoipa::{PartialSchema as _, ToSchema as _};
 const EXAMPLES: &str = include_str!("../../assets/examples.json");
 const TITLE: &str = "TS3100 control interface";
 const DESCRIPTION: &str = "Do what a real controller won't let you: inspect and set any state, and control the clock.\n\n\
-    A call is done when it returns, with everything that follows from it at once. Durations and moments are seconds \
+    When a call returns, all its immediate effects have happened. Durations and moments are seconds \
     of virtual time. A refused call has changed nothing; its response is a `Problem`.";
 const TOKEN_DESCRIPTION: &str = "The token of `--control-token`. Without one, calls need no authorization: by default \
     the interface listens on the loopback only.";
