@@ -248,7 +248,7 @@ fn with_surveyed(args: &ServeArgs) -> Result<ServeArgs, ConfigError> {
     Ok(args)
 }
 
-/// The arm, as the file of a survey names it, and the model that stands for it.
+/// The arm that the file of a survey names, and the model used for it.
 const SCARA: &str = "SCARA";
 const SCARA_MODEL: &str = "tsl3000-thl400";
 

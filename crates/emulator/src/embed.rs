@@ -227,7 +227,7 @@ impl Builder {
             }),
             Ok(Err(error)) => Err(error),
             Err(_) => {
-                let reason = io::Error::other("its thread ended before it was ready");
+                let reason = io::Error::other("its thread ended during the start");
                 Err(cannot_start("the emulator")(reason))
             }
         }
@@ -267,10 +267,10 @@ pub enum Error {
     #[error("cannot advance time to the end: a reset or a snapshot replaced the state")]
     CutShort,
     /// The wait has not ended in this wall-clock time.
-    #[error("the wait has not ended within {0:?} of wall-clock time")]
+    #[error("the condition was not met within {0:?} of wall-clock time")]
     Late(Duration),
     /// The queue is full ([`ts3100_driver::driver::REQUEST_QUEUE`]), or the emulator has ended.
-    #[error("the emulator accepts no more requests: too many are waiting, or it has ended")]
+    #[error("the emulator accepts no request: too many are waiting, or it has ended")]
     Ended,
 }
 
@@ -440,10 +440,9 @@ impl Emulator {
         self.watch.take()
     }
 
-    /// Waits until the controller has put out something of which `found` makes a value: an alarm, a file
-    /// stored, a text sent. Every output since the start is looked at once, in order; an output is there when
-    /// it has been carried out. Of many that nobody looked at the oldest are forgotten
-    /// ([`MAX_OUTPUTS`](crate::watch::MAX_OUTPUTS)).
+    /// Waits until the controller has put out something of which `found` makes a value: an alarm, a file stored, a text
+    /// sent. Every output since the start is looked at once, in order; an output is there when it has been carried out.
+    /// Of many unread ones the oldest are dropped ([`MAX_OUTPUTS`](crate::watch::MAX_OUTPUTS)).
     ///
     /// # Errors
     /// [`WaitError`]: not within `limit`, or the emulator has ended.

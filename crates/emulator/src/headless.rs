@@ -55,9 +55,9 @@ pub enum RunError {
     #[error(transparent)]
     Select(#[from] SelectError),
     /// The controller refused to start it.
-    #[error("the program was not started: {0}")]
+    #[error("cannot start the program: {0}")]
     Start(String),
-    /// In stepped time nobody would move the clock, so the program would never end.
+    /// Stepped time: no one would move the clock, so the program would never end.
     #[error("expected a time that passes (auto, real or xN), found {0}")]
     Time(TimeMode),
 }
@@ -112,12 +112,12 @@ pub enum RunEnd {
         /// Text of the alarm.
         text: String,
     },
-    /// It waits for something that cannot happen any more.
+    /// It waits for a condition that can no longer become true.
     Blocked {
         /// Line of the statement that waits.
         line: u32,
     },
-    /// [`RunRequest::max_time`] is over.
+    /// [`RunRequest::max_time`] has expired.
     TimeUp {
         /// Line at which the program was.
         line: u32,

@@ -54,11 +54,11 @@ impl Instance {
         }
     }
 
-    /// Writes the state file, before anything says that the robot is ready: whoever reads that may look for the file.
+    /// Writes the state file, before the robot is reported as ready: the reader of that report may look for the file.
     /// Without one everything else works, so an error is only logged.
     pub fn announce(&self) -> Option<StateFile> {
         self.write_in(&directories())
-            .inspect_err(|error| debug!("cannot write the state file that ctl looks for: {error}"))
+            .inspect_err(|error| debug!("cannot write the state file for `ts3100 ctl`: {error}"))
             .ok()
     }
 
@@ -196,7 +196,7 @@ fn expect_private(path: &Path) -> io::Result<()> {
     if own && found.mode() & 0o077 == 0 {
         return Ok(());
     }
-    let reason = format!("others than this user can write to {}", path.display());
+    let reason = format!("other users can write to {}", path.display());
     Err(io::Error::other(reason))
 }
 

@@ -1,4 +1,4 @@
-//! Starts an emulator as configured: a driver, and whoever listens to it (log, transcripts, reports, scenario, control
+//! Starts an emulator as configured: a driver and its listeners (log, transcripts, reports, scenario, control
 //! interface). The command line and the embedding API start here; the loop is [`ts3100_driver::driver`].
 
 use crate::config::Settings;

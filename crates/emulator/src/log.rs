@@ -523,7 +523,9 @@ mod tests {
         }
         let message = read(1)["message"].to_string();
         assert!(
-            message.contains("IP0: XX refused: no command (unknown-command: two letters expected). Begin"),
+            message.contains(
+                "IP0: XX refused: no command (unknown-command: two letters expected). Use a command"
+            ),
             "{message}"
         );
     }

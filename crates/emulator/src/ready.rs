@@ -19,7 +19,7 @@ use ts3100_driver::driver::self_check::connectable;
 
 /// Warning of the banner and the log about `--control-open`.
 pub const OPEN_WARNING: &str =
-    "the control interface accepts every call (--control-open); whoever reaches it controls the robot";
+    "the control interface accepts every call (--control-open); anyone who can reach it controls the robot";
 
 /// Robots that the banner names before the last.
 const BANNER_ROBOTS: usize = 8;
@@ -68,9 +68,9 @@ pub struct Only<'a> {
 }
 
 impl Ready<'_> {
-    /// The ready line. A channel that is no server, a port without a serial line, an interface that is off have no key. A
-    /// serial line is a path, or an address in the form of pyserial (`rfc2217://`, `socket://`). Each robot of a list has
-    /// its address besides; those may differ.
+    /// The ready line. A channel that does not listen, a port without a serial line and an interface that is off have
+    /// no key. A serial line is a path, or an address in the form of pyserial (`rfc2217://`, `socket://`). Each robot
+    /// of a list has its address besides; those may differ.
     pub fn line(&self) -> Value {
         let mut line = json!({ "event": "ready" });
         match (&self.only, self.robots) {
@@ -200,16 +200,13 @@ impl Only<'_> {
             let purpose = match port {
                 Port::Ip0 | Port::Host => "commands of the host (simple protocol)",
                 Port::Ip1 | Port::Ip2 | Port::Com1 => "PRINT and INPUT of the SCOL program",
-                Port::Ip3 => "dedicated protocol; what arrives is discarded",
+                Port::Ip3 => "dedicated protocol; received bytes are discarded",
             };
             writeln!(f, "  {:<4} {place:<22} {purpose}", port.name())?;
         }
         if let Some(control) = control {
             let control = url(control);
-            writeln!(
-                f,
-                "  control {control}  state, lines, files, time: for people and programs"
-            )?;
+            writeln!(f, "  control {control}  web page and HTTP API")?;
         }
         let settings = self.settings;
         let file = settings.files.select.as_deref().unwrap_or("none");

@@ -15,10 +15,10 @@ pub const MAX_OUTPUTS: usize = 4_096;
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
 pub enum WaitError {
     /// No matching output within the limit.
-    #[error("nothing that was waited for happened within {0:?}")]
+    #[error("the awaited event did not happen within {0:?}")]
     Late(Duration),
     /// The emulator has ended.
-    #[error("the emulator has ended before anything that was waited for happened")]
+    #[error("the emulator ended before the awaited event happened")]
     Ended,
 }
 
@@ -88,7 +88,7 @@ impl Drop for WatchSender {
 }
 
 impl Watch {
-    /// The outputs that nobody has looked at yet; they are consumed.
+    /// The outputs that were not read yet; reading consumes them.
     pub fn take(&self) -> Vec<Output> {
         self.0.state().outputs.drain(..).collect()
     }

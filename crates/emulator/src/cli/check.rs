@@ -137,7 +137,7 @@ fn warning_count(number: usize) -> String {
     }
 }
 
-/// A file and what was found in it, or why it cannot be read.
+/// A file with its diagnostics, or the reason for which it cannot be read.
 pub(super) struct CheckedFile {
     /// As given on the command line.
     pub(super) name: String,

@@ -18,7 +18,7 @@ const WORD: &str = "value";
 /// The body that sets the switch to the value of a word.
 ///
 /// # Errors
-/// It is no word of this switch.
+/// A word that this switch does not have.
 pub fn body(switch: &Switch, word: &str) -> Result<Value, UnexpectedWord> {
     let value = match &switch.value {
         ValueType::State => json!(switch.position(word)? == 0),
@@ -85,7 +85,7 @@ impl Subcommand for SwitchCommand {
                     .value_parser(move |word: &str| number_in(range, word).map(|number| number.to_string())),
             };
             let described = Command::new(switch.name())
-                .about(format!("{}; without a value, show it", summary(switch.doc)))
+                .about(format!("{}, or show it without a value", summary(switch.doc)))
                 .long_about(format!(
                     "{}\n\nWithout a value, the command shows it.",
                     help(switch.doc)

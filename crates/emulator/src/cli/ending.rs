@@ -54,7 +54,7 @@ impl Ending {
         Ok(())
     }
 
-    /// Takes over what these settings ask for. Starts the scenario, if there is one.
+    /// Prepares the reports of these settings. Starts the scenario, if there is one.
     pub fn begin(driver: &mut Driver, launched: &Launched, settings: &Settings) -> Ending {
         Ending {
             files: settings.files.clone(),

@@ -61,7 +61,7 @@ struct CommandError {
 /// Several robots are asked for: wrong usage, because exec does not run them yet.
 #[derive(Debug, thiserror::Error)]
 #[error(
-    "exec runs one robot; start several by `ts3100 serve --ready-json` and read their ports from its line"
+    "exec runs one robot; start several with `ts3100 serve --ready-json` and read their ports from its line"
 )]
 struct SeveralRobots;
 

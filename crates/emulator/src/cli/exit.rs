@@ -4,11 +4,11 @@
 
 pub(super) use ts3100_recording::reports::BELOW_COVERAGE;
 
-/// The answer is no: NG, a refused call, differences, errors in a program, an alarm in `run`.
+/// A negative result: NG, a refused call, differences, errors in a program, an alarm in `run`.
 pub(super) const NEGATIVE: u8 = 1;
 /// Wrong usage, a file that cannot be read or written, or the emulator could not start.
 pub(super) const UNUSABLE: u8 = 2;
-/// `host`, `ctl`, `ready`: nobody answers, or what answers is something else, late or incomplete.
+/// `host`, `ctl`, `ready`: no answer, or one that is late, incomplete or of another program.
 pub(super) const NO_ANSWER: u8 = 3;
 /// `ctl`, `ready`: what was waited for did not happen in its time.
 pub(super) const NOT_REACHED: u8 = 4;

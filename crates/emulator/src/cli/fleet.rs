@@ -1,9 +1,9 @@
 //! Many robots in one process: starts them, finds them for the control interface, and ends them.
 //!
 //! Up to [`OWN_SOCKETS`] robots start together, each with sockets of its own. More of them, each at an address of its
-//! own, share their listening sockets, and a robot starts at its first connection or call: what nobody uses costs
-//! nothing. The configuration is [`crate::config::fleet`]; robots joined by wires are one [`ts3100_driver::world::World`],
-//! and each other robot is a world of its own.
+//! own, share their listening sockets, and a robot starts at its first connection or call: an unused one costs nothing.
+//! The configuration is [`crate::config::fleet`]; robots joined by wires are one [`ts3100_driver::world::World`], and
+//! each other robot is a world of its own.
 
 use super::ending::Ending;
 use crate::config::fleet::FleetConfig;
@@ -251,7 +251,7 @@ impl Fleet {
         let tasks = std::mem::take(&mut *self.tasks.lock().unwrap_or_else(PoisonError::into_inner));
         let (mut worst, mut states) = (Ok(0), BTreeMap::new());
         for task in tasks {
-            let ended = match task.await.context("a robot has ended by a panic") {
+            let ended = match task.await.context("the task of a robot panicked") {
                 Ok(ended) => ended,
                 Err(error) => {
                     worst = worst.and(Err(error));

@@ -87,7 +87,7 @@ impl WatchedProcess {
 
     fn kill(self) {
         use rustix::process::{Pid, Signal, kill_process};
-        // Found first: they are nobody's children when their parent is gone.
+        // Found first: they lose their parent when it ends.
         let mut doomed = descendants(self.process);
         #[cfg(target_os = "linux")]
         match &self.handle {

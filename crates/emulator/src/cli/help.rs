@@ -53,9 +53,9 @@ const EVERYDAY: &[Everyday] = &[
         shown: &[
             ("port-offset", "Add N to the port numbers 1000-1003"),
             ("ports", "`auto` lets the system choose free ports"),
-            ("ready-json", "Print the ports as JSON when they are open"),
+            ("ready-json", "Print the ports as JSON once they are open"),
             ("servo-on", ""),
-            ("set", "Override a named option, such as text.stx=required"),
+            ("set", "Override a named option, for example text.stx=required"),
             ("drive", "Keep the files of the RAM drive in this directory"),
             ("load", ""),
             ("select", ""),
@@ -68,7 +68,7 @@ const EVERYDAY: &[Everyday] = &[
         name: "exec",
         shown: &[
             ("servo-on", ""),
-            ("set", "Override a named option, such as text.stx=required"),
+            ("set", "Override a named option, for example text.stx=required"),
             ("drive", "Keep the files of the RAM drive in this directory"),
             ("load", ""),
             ("select", ""),
@@ -90,7 +90,7 @@ const EVERYDAY: &[Everyday] = &[
             ("sl", ""),
             ("rn", ""),
             ("so", ""),
-            ("mr", "Read a global variable, such as COUNT or TABLE(2)"),
+            ("mr", "Read a global variable, for example COUNT or TABLE(2)"),
             ("mw", ""),
             ("do", "Execute one statement"),
         ],
@@ -135,7 +135,7 @@ const EVERYDAY: &[Everyday] = &[
         shown: &[
             ("time-tolerance", "Accept answers this much earlier or later"),
             ("value-tolerance", "Accept coordinates that differ by this much"),
-            ("ignore", "Do not compare these, such as clock,versions"),
+            ("ignore", "Do not compare these, for example clock,versions"),
             ("suggest", "Try other values of the named options"),
             ("json", "Print one JSON document"),
             ("set", "Override a named option"),

@@ -10,7 +10,7 @@ pub(super) fn is_stdin(path: &Path) -> bool {
     path == Path::new("-")
 }
 
-/// The bytes of a file, or of standard input, if there are at most so many.
+/// The bytes of a file, or of standard input, if there are at most that many.
 pub(super) fn read(path: &Path, most: u64) -> io::Result<Vec<u8>> {
     if is_stdin(path) {
         files::read_all(io::stdin().lock(), most)

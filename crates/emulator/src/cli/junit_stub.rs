@@ -13,8 +13,8 @@ use ts3100_driver::files;
 use ts3100_recording::reports::junit;
 
 /// Message of the report until the run has ended.
-pub(super) const NOT_FINISHED: &str = "the run was not carried to its end";
-/// The variable that stands for `--junit`.
+pub(super) const NOT_FINISHED: &str = "the run did not end in order";
+/// The environment variable of `--junit`.
 const VARIABLE: &str = "TS3100_JUNIT";
 
 /// The report: one test case with an error, which is why.

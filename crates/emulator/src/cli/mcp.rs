@@ -24,19 +24,18 @@ const REVISIONS: [&str; 3] = ["2025-06-18", "2025-03-26", "2024-11-05"];
 const BYTE_ORDER_MARK: &[u8] = b"\xEF\xBB\xBF";
 /// First message to an assistant.
 const INSTRUCTIONS: &str = "An emulated robot controller (Toshiba Machine TS3100). Programs are in SCOL. Check a program with \
-    check_program, store and select it with load_program, start it with run_program. findings lists what a host program did \
-    wrong at the protocol.";
+    check_program, store and select it with load_program, start it with run_program. findings lists the protocol mistakes of a host program.";
 
-/// JSON-RPC: a message that is no JSON.
+/// JSON-RPC: a message that is not JSON.
 const PARSE_ERROR: i64 = -32_700;
-/// JSON-RPC: JSON that is no request.
+/// JSON-RPC: JSON that is not a request.
 const INVALID_REQUEST: i64 = -32_600;
 /// JSON-RPC: a method that does not exist.
 const UNKNOWN_METHOD: i64 = -32_601;
 /// JSON-RPC: parameters that do not fit.
 const INVALID_PARAMS: i64 = -32_602;
 
-/// Let an AI assistant work a running emulator (Model Context Protocol over stdin and stdout).
+/// Let an AI assistant operate a running emulator (Model Context Protocol over stdin and stdout).
 ///
 /// Configure your assistant to start `ts3100 mcp`. It can check, load and run programs, read state, alarms, positions and
 /// variables, operate the panel and the inputs, and explain what a host did wrong. It calls the control interface of an
@@ -49,7 +48,7 @@ pub(super) struct McpArgs {
     target: TargetArgs,
 }
 
-/// What makes a call of the control interface: method, path, body.
+/// Function that calls the control interface: method, path, body.
 type MakeCall<'a> = dyn Fn(&'static str, &str, Option<Value>) -> Result<Value, ToolError> + 'a;
 
 /// The control interface of the robot.
@@ -115,7 +114,7 @@ pub(super) fn run(args: &McpArgs) -> anyhow::Result<u8> {
 /// The answer to a line: to a message, or in one array those to a batch, which the revision 2025-03-26 has.
 fn answer(robot: &Robot<'_>, line: &[u8]) -> Option<Value> {
     let Ok(message) = serde_json::from_slice::<Value>(line) else {
-        return Some(failed(&Value::Null, PARSE_ERROR, "the message is no JSON"));
+        return Some(failed(&Value::Null, PARSE_ERROR, "the message is not JSON"));
     };
     let Some(batch) = message.as_array().filter(|batch| !batch.is_empty()) else {
         return answer_message(robot, &message);
@@ -133,7 +132,7 @@ fn answer_message(robot: &Robot<'_>, message: &Value) -> Option<Value> {
     let Some(method) = message.get("method").and_then(Value::as_str) else {
         let is_answer = message.get("result").is_some() || message.get("error").is_some();
         let id = id.unwrap_or(&Value::Null);
-        return (!is_answer).then(|| failed(id, INVALID_REQUEST, "a request has a method"));
+        return (!is_answer).then(|| failed(id, INVALID_REQUEST, "the request lacks a method"));
     };
     let id = id?;
     let parameters = message.get("params").unwrap_or(&Value::Null);
@@ -146,9 +145,9 @@ fn answer_message(robot: &Robot<'_>, message: &Value) -> Option<Value> {
         "resources/list" => Ok(json!({ "resources": [] })),
         "resources/templates/list" => Ok(json!({ "resourceTemplates": [] })),
         "tools/call" => {
-            call(robot, parameters).ok_or((INVALID_PARAMS, "no tool has this name; tools/list names them"))
+            call(robot, parameters).ok_or((INVALID_PARAMS, "unknown tool; call tools/list for the names"))
         }
-        _ => Err((UNKNOWN_METHOD, "no such method")),
+        _ => Err((UNKNOWN_METHOD, "unknown method")),
     };
     Some(match result {
         Ok(result) => json!({ "jsonrpc": "2.0", "id": id, "result": result }),

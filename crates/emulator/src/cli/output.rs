@@ -8,7 +8,7 @@ use std::io::{self, ErrorKind, Write as _};
 /// The result of writing to stdout. A closed pipe is not an error: the reader has seen enough.
 ///
 /// # Errors
-/// Stdout takes nothing for another reason, such as a full disk.
+/// Stdout takes nothing for another reason, for example a full disk.
 pub(super) fn written(result: io::Result<()>) -> anyhow::Result<()> {
     match result {
         Err(error) if error.kind() == ErrorKind::BrokenPipe => Ok(()),
@@ -25,7 +25,7 @@ pub(super) fn print(text: impl AsRef<[u8]>) -> anyhow::Result<()> {
     written(stdout.write_all(text.as_ref()).and_then(|()| stdout.flush()))
 }
 
-/// Writes this to stderr. Errors are ignored: nobody can be told.
+/// Writes this to stderr. Errors are ignored: they cannot be reported.
 pub(super) fn tell(text: impl Display) {
     let _ = io::stderr().write_all(text.to_string().as_bytes());
 }

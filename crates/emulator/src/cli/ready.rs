@@ -64,7 +64,7 @@ impl fmt::Display for Target {
     }
 }
 
-/// Asks, until an emulator answers or the wait is over.
+/// Asks until an emulator answers or the wait ends.
 pub(super) fn run(args: &ReadyArgs) -> anyhow::Result<u8> {
     let environment = config::environment();
     let until = Instant::now() + args.wait.unwrap_or(QUESTION_TIMEOUT);
@@ -149,14 +149,16 @@ impl Target {
                     200 if answer.get("status").is_some() => Ok(()),
                     // It answers; what it asks for is the token.
                     401 if answer.get("error").is_some() => Ok(()),
-                    _ => bail!("what answers there, with status {status}, is no control interface"),
+                    _ => bail!("that address answers HTTP {status} but is not a ts3100 control interface"),
                 }
             }
             Target::Ip0(address) => {
                 TcpStream::connect_timeout(address, limit)?;
                 Ok(())
             }
-            Target::NotFound => bail!("no emulator of this user runs on this machine"),
+            Target::NotFound => {
+                bail!("this user runs no emulator on this machine; start one with `ts3100 serve`")
+            }
         }
     }
 }

@@ -99,14 +99,15 @@ struct TargetArgs {
     /// Port of IP1, if it is not the next one after that of IP0
     #[arg(long, value_name = "PORT")]
     ip1: Option<u16>,
-    /// Ask at this serial port of the computer instead, which leads to HOST, such as /dev/ttyUSB0 or COM3
+    /// Ask at HOST instead, over this serial port of the computer, for example /dev/ttyUSB0 or COM3
     #[arg(long, value_name = "DEVICE", conflicts_with = "address")]
     serial: Option<String>,
     /// Settings of HOST in [U06]: speed, length, parity (0 none, 1 odd, 2 even), stop bits
     #[arg(long, value_name = "SETTINGS", default_value = "9600 8 0 1", value_parser = serial_settings)]
     serial_settings: SerialSettings,
-    /// Questions of these classes: look changes nothing; files stores and erases a file TSSURVEY; program runs programs that
-    /// compute, print and wait; motion turns the last axis and moves the arm a little, with somebody at the emergency stop
+    /// Questions of these classes: look changes nothing; files stores and erases a file TSSURVEY; program runs programs
+    /// that compute, print and wait; motion turns the last axis and moves the arm a little, with a person at the
+    /// emergency stop
     #[arg(long, value_name = "CLASS", value_delimiter = ',', default_value = "look", value_parser = args::word::<Class>())]
     ask: Vec<Class>,
     /// Only these questions; `--dry-run` lists them
@@ -128,7 +129,7 @@ struct TargetArgs {
 pub(super) struct ConformArgs {
     #[command(flatten)]
     target: TargetArgs,
-    /// Another known reading fails too
+    /// Fail also if the controller behaves in another known way
     #[arg(long)]
     strict: bool,
     /// Write the result as JUnit XML
@@ -139,13 +140,14 @@ pub(super) struct ConformArgs {
 /// Show how many behaviours are confirmed, observed or assumed.
 #[derive(Debug, Args)]
 pub(super) struct FidelityArgs {
-    /// List the rows: id, evidence, the question that asks for it or the reason why none does, and what the emulator does
+    /// List the rows: id, evidence, its question or the reason for which there is none, and the behaviour of the
+    /// emulator
     #[arg(long)]
     list: bool,
 }
 
 fn serial_settings(text: &str) -> Result<SerialSettings, UnexpectedWord> {
-    let expected = "speed, length, parity and stop bits, such as 9600 8 0 1";
+    let expected = "speed, length, parity and stop bits, for example 9600 8 0 1";
     SerialSettings::parse(text).ok_or_else(|| UnexpectedWord::new(expected, text))
 }
 
@@ -178,7 +180,7 @@ fn plan(target: &TargetArgs) -> anyhow::Result<Plan> {
         if catalogue::find(id).is_none() {
             let known = catalogue::probes().map(|probe| probe.id);
             let hint = ts3100_proto::words::did_you_mean(id, known);
-            return Err(anyhow!("--only: no question is called `{id}`{hint}"));
+            return Err(anyhow!("--only: unknown question `{id}`{hint}"));
         }
     }
     let plan = Plan {
@@ -187,7 +189,7 @@ fn plan(target: &TargetArgs) -> anyhow::Result<Plan> {
         ..Plan::default()
     };
     if plan.probes().next().is_none() {
-        return Err(anyhow!("no question of --only is of a class of --ask"));
+        return Err(anyhow!("the questions of --only are of other classes than --ask"));
     }
     Ok(plan)
 }
@@ -228,14 +230,14 @@ fn show_plan(plan: &Plan) {
     }
 }
 
-/// A person stands by, or the questions are not asked.
+/// Requires the consent of a person at the robot before it asks.
 fn consents(plan: &Plan) -> bool {
     if !plan.probes().any(|probe| probe.class == Class::Motion) {
         return true;
     }
     output::tell(format_args!(
-        "The class motion {}. Nobody is in the cell, and somebody has a hand at the emergency stop?\n\
-         Type {CONSENT} to go on: ",
+        "The class motion {}. Is the cell empty, and does a person have a hand at the emergency stop?\n\
+         Type {CONSENT} to continue: ",
         explained(Class::Motion)
     ));
     let mut line = String::new();

@@ -34,7 +34,7 @@ pub(super) struct TapArgs {
     /// Write the recording: .txt, .jsonl, or .pcapng for Wireshark (repeatable) [default: text on stdout]
     #[arg(long, value_name = "FILE", action = clap::ArgAction::Append)]
     transcript: Vec<TranscriptFile>,
-    /// Listen on this address, or on that of a name of this computer, such as localhost
+    /// Listen on this address, or on that of a name of this computer, for example localhost
     #[arg(long, value_name = "ADDR", default_value_t = IpAddr::V4(Ipv4Addr::LOCALHOST), value_parser = args::listen_address)]
     listen: IpAddr,
     /// Add N to 1000-1003 for the ports of the tap

@@ -77,7 +77,7 @@ flag_group! {
     /// Where the robot listens.
     #[command(next_help_heading = "Network")]
     pub struct NetworkArgs {
-        /// Listen on this address, or on that of a name of this computer, such as localhost [default: 127.0.0.1]
+        /// Listen on this address, or on that of a name of this computer, for example localhost [default: 127.0.0.1]
         #[arg(long, value_name = "ADDR", value_parser = listen_address)]
         pub listen: Option<IpAddr>,
         /// Add N to the port numbers: 10000 makes 1000-1003 into 11000-11003 [default: 0]
@@ -111,8 +111,8 @@ flag_group! {
         /// Read the token from the first line of FILE
         #[arg(long, value_name = "FILE")]
         pub control_token_file: Option<PathBuf> [Process],
-        /// Accept every call without a token, for throw-away networks only: whoever reaches the interface controls the
-        /// robot
+        /// Accept every call without a token, for throw-away networks only: anyone who can reach the interface controls
+        /// the robot
         #[arg(long, value_name = "BOOL", num_args = 0..=1, require_equals = true, default_missing_value = "true",
             value_parser = switch())]
         pub control_open: Option<bool> [Process],
@@ -129,7 +129,7 @@ flag_group! {
         /// Create the serial ports as pseudo terminals: the links `host` and `com1` in DIR
         #[arg(long, value_name = "DIR")]
         pub serial_dir: Option<PathBuf>,
-        /// Serve HOST on this serial port of the computer, such as /dev/ttyUSB0 or COM3
+        /// Serve HOST on this serial port of the computer, for example /dev/ttyUSB0 or COM3
         #[arg(long, value_name = "PORT", value_parser = serial_device())]
         pub serial_host: Option<PathBuf> [Device],
         /// Serve HOST by RFC 2217 at ADDRESS:PORT or at this port; 0 chooses a free one
@@ -178,7 +178,7 @@ flag_group! {
         /// Preset of the named options [default: field]
         #[arg(long, value_name = "DIALECT", value_parser = described(DIALECTS))]
         pub dialect: Option<Dialect>,
-        /// Override a named option, such as text.stx=required; `--set help` lists them (repeatable)
+        /// Override a named option, for example text.stx=required; `--set help` lists them (repeatable)
         #[arg(long, value_name = "KEY=VALUE")]
         pub set: Vec<String> [NotInFile],
         /// Answer like the controller of this file of `ts3100 survey`: its options, its arm, and how long its answers take
@@ -287,7 +287,7 @@ pub struct RobotTable {
     pub args: ServeArgs,
 }
 
-/// A table `[[wire]]`: its ends as written, and where it stands.
+/// A table `[[wire]]`: its ends as written, and its place.
 #[derive(Debug, Clone, Default)]
 pub struct WireTable {
     /// File and number of the table.
@@ -565,12 +565,12 @@ pub const CONTROLLERS: &[DescribedWord<ControllerType>] = &[
         "Like tsl3100; every third servo-on comes 7 s late (option servo.interval)",
     ),
 ];
-/// What becomes of wall-clock time in which the emulator was stopped.
+/// Treatment of wall-clock time in which the process was stopped.
 const TIME_GAPS: &[DescribedWord<TimeGap>] = &[
     (
         "catch-up",
         TimeGap::CatchUp,
-        "Virtual time includes the stop; what became due happens at once",
+        "Virtual time includes the stop; everything that became due happens at once",
     ),
     ("skip", TimeGap::Skip, "Virtual time continues from where it was"),
 ];

@@ -42,7 +42,7 @@ pub enum ConfigError {
     #[error(transparent)]
     Control(#[from] ControlError),
     /// Two ways to one serial port.
-    #[error("{port} can be reached in one way only: choose {first} or {second}")]
+    #[error("{port} can have one transport only: choose {first} or {second}")]
     SerialTwice {
         /// HOST or COM1.
         port: ts3100_controller::Port,
@@ -64,7 +64,7 @@ pub enum ConfigError {
     #[error(transparent)]
     FaultFile(#[from] ts3100_recording::faults::FaultFileError),
     /// `--restore` together with flags that configure the controller.
-    #[error("cannot use {0} with --restore: the snapshot has the whole controller; leave it out")]
+    #[error("cannot use {0} with --restore: the snapshot contains it; remove {0}")]
     Restore(String),
     /// The scenario is not valid.
     #[error(transparent)]

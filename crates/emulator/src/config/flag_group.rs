@@ -17,7 +17,7 @@ use ts3100_driver::clock::{TimeGap, TimeMode};
 use ts3100_recording::reports::{Deny, FindingsFormat};
 use ts3100_recording::transcript::TranscriptFile;
 
-/// What the type of a flag does not say.
+/// Facts about a flag beyond its type.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Mark {
     /// Belongs to the process, not to a robot.

@@ -69,11 +69,11 @@ impl FleetConfig {
         let tables = std::mem::take(&mut common.robot_tables);
         let wires = std::mem::take(&mut common.wires);
         let count = match (args.robot.robots, tables.len()) {
-            (None, 0) => return Err(refused("[[wire]] joins robots, and there is no [[robot]]")),
+            (None, 0) => return Err(refused("[[wire]] joins robots: add tables [[robot]]")),
             (None, count) => count,
             (Some(_), 1..) => {
                 return Err(refused(
-                    "cannot use --robots beside [[robot]]: each table is a robot; leave --robots out",
+                    "cannot use --robots together with [[robot]]: each table is a robot; remove --robots",
                 ));
             }
             (Some(count), 0) => count as usize,
@@ -202,7 +202,7 @@ impl FleetConfig {
         args
     }
 
-    /// The settings of one robot. They are made once; those of a robot that nobody uses are not.
+    /// The settings of one robot, made at its first use.
     ///
     /// # Errors
     /// See [`Settings::from_args`].
@@ -272,7 +272,7 @@ impl FleetConfig {
             if step < 4 || highest > u32::from(u16::MAX) {
                 let reason = format!(
                     "--port-step {step}: a robot has 4 ports, and those of the last would go up to {highest}; \
-                     use a step from 4 on, and leave --port-step out if the ports do not suffice"
+                     use a step of 4 or more, or drop --port-step if the ports do not suffice"
                 );
                 return Err(refused(reason));
             }
@@ -280,7 +280,7 @@ impl FleetConfig {
         let listen = args.network.listen.unwrap_or(Settings::LISTEN);
         if self.has_own_addresses() && listen.is_unspecified() {
             return Err(refused(format!(
-                "cannot give each robot an address from {listen} on: name the first by --listen, such as 127.0.0.2, \
+                "cannot give each robot an address from {listen} on: give the first with --listen, for example 127.0.0.2, \
                  or use --port-step 10 or --ports auto"
             )));
         }
@@ -299,13 +299,13 @@ impl FleetConfig {
             let (other, its) = (self.name(index), self.settings(index)?);
             if its.time != settings.time {
                 return Err(refused(format!(
-                    "robots that wires join have one time: {name} has `{}`, {other} has `{}`",
+                    "robots joined by wires need the same time: {name} has `{}`, {other} has `{}`",
                     settings.time, its.time
                 )));
             }
             if its.time_gap != settings.time_gap {
                 return Err(refused(format!(
-                    "robots that wires join have one time-gap: {name} and {other} have different ones"
+                    "robots joined by wires need the same time-gap: {name} and {other} have different ones"
                 )));
             }
         }
@@ -423,7 +423,7 @@ fn check_names(tables: &[RobotTable]) -> Result<(), ConfigError> {
         check_name(name).map_err(|reason| refused(format!("[[robot]] {}: name: {reason}", index + 1)))?;
         if name == OUTSIDE {
             return Err(refused(format!(
-                "`{OUTSIDE}` is the name of the world around the robots; choose another"
+                "`{OUTSIDE}` is reserved for lines outside the robots; choose another name"
             )));
         }
         if tables.iter().take(index).any(|other| other.name == *name) {
@@ -455,7 +455,7 @@ fn check_name(name: &str) -> Result<(), UnexpectedWord> {
     ))
 }
 
-/// The address so many after another.
+/// The address at an offset from another.
 fn address_after(first: IpAddr, number: u32) -> IpAddr {
     match first {
         IpAddr::V4(first) => IpAddr::V4(u32::from(first).wrapping_add(number).into()),

@@ -196,7 +196,7 @@ fn scalar(origin: &str, key: &str, value: &Value) -> Result<String, ConfigError>
         Value::Boolean(word) => Ok(word.to_string()),
         Value::Datetime(_) | Value::Array(_) | Value::Table(_) => {
             let found = value.type_str();
-            let reason = format!("{key}: expected a text, a number or true/false, found {found}");
+            let reason = format!("{key}: expected a string, a number or true/false, found {found}");
             Err(ConfigError::invalid(origin, reason))
         }
     }

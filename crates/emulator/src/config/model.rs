@@ -180,7 +180,7 @@ struct ReadyTable {
 /// Error in a model file besides its form.
 #[derive(Debug, thiserror::Error)]
 enum ModelFileError {
-    #[error("{table}: source: expected where the numbers come from, found `{found}`")]
+    #[error("{table}: source: expected the origin of the numbers, found `{found}`")]
     Source { table: String, found: String },
     #[error("ready: joints: expected one for each of the {axes} axes, found {joints}")]
     Joints { axes: usize, joints: usize },
@@ -319,7 +319,7 @@ mod tests {
         refused(
             "source = \"assumed (D11): as axis 2\"",
             "source = \" \"",
-            "axis 3: source: expected where the numbers come from",
+            "axis 3: source: expected the origin of the numbers",
         );
         refused(
             "source = \"assumed (D11): as axis 2\"\n",

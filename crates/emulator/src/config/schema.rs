@@ -139,15 +139,15 @@ pub fn schema() -> Value {
     properties.insert(
         "robot".to_owned(),
         tables(
-            "A robot of this process: what is not that of all",
+            "A robot of this process: its own settings",
             &["name"],
             &of_robot.into(),
         ),
     );
     let end = |what: &str| json!({ "type": "string", "description": what });
     let ends = json!({
-        "from": end("Where the level comes from: ROBOT.dout.LINE or outside.NAME"),
-        "to": end("What shows it: ROBOT.din.LINE or outside.NAME"),
+        "from": end("Source of the level: ROBOT.dout.LINE or outside.NAME"),
+        "to": end("Line that shows the level: ROBOT.din.LINE or outside.NAME"),
     });
     properties.insert(
         "wire".to_owned(),
@@ -220,7 +220,7 @@ fn options_schema() -> Value {
     top.extend(groups);
     json!({
         "type": "object",
-        "description": "Named options, as --set",
+        "description": "Named options, as with --set",
         "additionalProperties": false,
         "properties": top,
     })

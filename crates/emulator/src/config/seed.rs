@@ -22,7 +22,7 @@ pub enum Seed {
 }
 
 impl Seed {
-    /// The seed so many after this one.
+    /// The seed at an offset from this one.
     #[must_use]
     pub fn after(self, number: u64) -> Seed {
         match self {

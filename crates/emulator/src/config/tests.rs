@@ -168,7 +168,7 @@ fn what_is_not_understood_is_refused_with_its_place() {
         ),
         (
             "port-offset = { a = 1 }",
-            "port-offset: expected a text, a number or true/false, found table",
+            "port-offset: expected a string, a number or true/false, found table",
         ),
         ("options = 3", "options: expected a table, found integer"),
         ("drive = \"\"", "drive: expected a path, found ``"),

@@ -92,7 +92,7 @@ impl Emulator {
         self.read(move |controller| controller.signals().output(line))
     }
 
-    /// The numbers of the active alarms, such as `2-046`.
+    /// The numbers of the active alarms, for example `2-046`.
     ///
     /// # Errors
     /// [`Error::Ended`].
@@ -262,7 +262,7 @@ macro_rules! methods_of_controls {
 
 ts3100_controller::controls!(methods_of_controls);
 
-/// Methods that do one thing to the controller, for what is no row of the table.
+/// Methods for actions without a row in the table of controls.
 macro_rules! actions {
     ($($(#[$doc:meta])* $name:ident($($argument:ident: $type:ty),*) => $action:expr;)*) => {
         /// Lines, files, positions, faults and power.
@@ -289,7 +289,7 @@ actions! {
     jog(axis: u8, positive: bool, mode: JogMode) => Action::Panel(PanelAction::Jog { axis, positive, mode });
     /// Types on the teach pendant; `\r` is the Enter key.
     press_keys(keys: &str) => Action::Panel(PanelAction::Keys(keys.to_owned()));
-    /// Raises an alarm by its number, such as `2-046`, with a detail after its text.
+    /// Raises an alarm by its number, for example `2-046`, with a detail after its text.
     raise_alarm(number: &str, detail: &str) =>
         Action::RaiseAlarm { number: number.to_owned(), detail: detail.to_owned() };
     /// Drives an input line.
@@ -365,7 +365,7 @@ impl Emulator {
         Ok(())
     }
 
-    /// Advances time until a condition is met, such as `"output 5 on"` or `"printed IP1 DONE"`, for at most `within`.
+    /// Advances time until a condition is met, for example `"output 5 on"` or `"printed IP1 DONE"`, for at most `within`.
     /// Returns whether it was met. A state that already holds ends it at once.
     ///
     /// # Errors
@@ -375,10 +375,10 @@ impl Emulator {
         Ok(self.wait(Wait::new(Some(condition), within, true))?.reached)
     }
 
-    /// Waits for a condition while time passes by itself, for at most `within`. Returns whether it was met.
+    /// Waits for a condition while time passes, for at most `within`. Returns whether it was met.
     ///
     /// # Errors
-    /// As [`Emulator::advance_until`]; in stepped time [`Error::Late`] if nobody advances it.
+    /// As [`Emulator::advance_until`]; in stepped time [`Error::Late`] unless another thread advances it.
     pub fn wait_until(&self, condition: &str, within: Duration) -> Result<bool, Error> {
         let condition: Condition = condition.parse()?;
         Ok(self.wait(Wait::new(Some(condition), within, false))?.reached)

@@ -1,6 +1,6 @@
-//! Folds floods of similar log lines. Lines are similar when the same statement of the program logs them about the
-//! same port. In each window of time the first few are written; of the rest only the last one is, with the number
-//! of lines it stands for.
+//! Folds floods of similar log lines. Lines are similar when the same statement of the program logs them about the same
+//! port. In each window of time the first few are written; of the rest only the last one is, with the number of lines
+//! that it replaces.
 //!
 //! The writer thread in [`super::writer`] is the only user and owns the clock.
 
@@ -8,7 +8,8 @@ use crate::config::args::LogFormat;
 use std::time::{Duration, Instant};
 use tracing::callsite::Identifier;
 
-/// Lines with the same key that are written in a window before the rest is folded. Nobody reads more a second.
+/// Lines with the same key that are written in a window before the rest is folded. A person cannot read more in a
+/// second.
 const BURST: u32 = 20;
 /// Length of a window of folding.
 const WINDOW: Duration = Duration::from_secs(1);

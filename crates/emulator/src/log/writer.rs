@@ -1,5 +1,5 @@
-//! Writes log lines to stderr from a thread of its own, through a bounded queue. A pipe that nobody reads, a full
-//! disk or a closed terminal can therefore neither block nor end the emulator.
+//! Writes log lines to stderr from a thread of its own, through a bounded queue. A pipe without a reader, a full disk
+//! or a closed terminal can therefore neither block nor end the emulator.
 //!
 //! Lines that do not fit into the queue are dropped and counted, and the count is logged as soon as stderr takes
 //! lines again. Repeated lines are folded by [`super::fold`]. The content of the lines is decided in [`super`].
@@ -277,7 +277,7 @@ pub(crate) fn print_note(note: impl Display) {
     print("note", "INFO", note);
 }
 
-/// A line with this prefix, in JSON with this level. Errors of stderr are ignored: nobody can be told.
+/// A line with this prefix, in JSON with this level. Errors of stderr are ignored: they cannot be reported.
 fn print(prefix: &str, level: &str, message: impl Display) {
     let message = printable(message);
     let line = match FORMAT.get() {

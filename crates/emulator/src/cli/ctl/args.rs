@@ -39,7 +39,7 @@ pub struct CtlArgs {
     pub command: Command,
 }
 
-/// What is asked for.
+/// The subcommand.
 #[derive(Debug, Subcommand)]
 pub enum Command {
     /// Show the whole state of the robot
@@ -157,9 +157,9 @@ pub enum Command {
     },
     /// List the protocol mistakes of hosts
     Findings,
-    /// Show what the hosts have reached of the permission tables
+    /// Show the coverage of the permission tables by hosts
     Coverage,
-    /// Show how far the scenario is
+    /// Show the progress of the scenario
     Scenario,
     /// Print counters in the text format of Prometheus
     Metrics,
@@ -174,7 +174,7 @@ pub enum Command {
         /// Method
         #[arg(value_parser = METHODS, ignore_case = true)]
         method: String,
-        /// Path, such as /state
+        /// Path, for example /state
         path: String,
         /// Body, in JSON
         body: Option<String>,
@@ -242,7 +242,7 @@ pub enum AlarmsCommand {
     List,
     /// Raise an alarm
     Raise {
-        /// Level and code, such as 2-046
+        /// Level and code, for example 2-046
         number: String,
         /// Detail to append to the text of the alarm
         detail: Option<String>,
@@ -255,7 +255,7 @@ pub enum AlarmsCommand {
 
 #[derive(Debug, Subcommand)]
 pub enum FaultsCommand {
-    /// List the faults and what they did
+    /// List the faults and their outcome
     List,
     /// Arm a fault
     Arm {
@@ -292,7 +292,7 @@ pub enum LineCommand {
     Pulse {
         #[arg(value_parser = word::<bool>(), action = ArgAction::Set)]
         state: bool,
-        /// How long, such as 200ms or 0.5 s
+        /// How long, for example 200ms or 0.5 s
         #[arg(required = true, num_args = 1..=2)]
         time: Vec<String>,
     },
@@ -337,7 +337,7 @@ pub enum FileCommand {
     Erase { name: String },
     /// Select a file
     Select { name: String },
-    /// Show what is wrong with a program on the drive
+    /// Show the errors and warnings of a program on the drive
     Check { name: String },
 }
 
@@ -386,7 +386,7 @@ pub struct WaitLimits {
 
 #[derive(Debug, Args)]
 pub struct WaitArgs {
-    /// A condition, such as output 5 on, printed IP1 DONE or command RN; the page Conditions lists all
+    /// A condition, for example output 5 on, printed IP1 DONE or command RN; the page Conditions lists all
     #[arg(required = true, num_args = 1.., long_help = conditions())]
     pub condition: Vec<String>,
     #[command(flatten)]

@@ -1,6 +1,6 @@
 //! Maps each command of `ts3100 ctl` to one HTTP call: method, path and JSON body.
 //!
-//! It only checks what the server could not report well, such as unreadable files. Validation of values is left to
+//! It only checks what the server could not report well, for example unreadable files. Validation of values is left to
 //! the control interface. Sending the call is in [`super`].
 
 use super::args::{
@@ -165,10 +165,10 @@ impl Call {
         wall.unwrap_or(DEFAULT_WALL).min(MAX_WALL)
     }
 
-    /// The call a command stands for.
+    /// The call of a command.
     ///
     /// # Errors
-    /// Words that mean nothing, or a file that cannot be read.
+    /// Unknown words, or a file that cannot be read.
     pub fn from_command(command: &Command, json: bool) -> anyhow::Result<Call> {
         Ok(match command {
             Command::State => get("/state"),
@@ -229,7 +229,7 @@ fn snapshot(action: Option<&SnapshotCommand>) -> anyhow::Result<Call> {
 /// A file of JSON.
 fn read_json(path: &Path) -> anyhow::Result<Value> {
     let bytes = read(path, MAX_SNAPSHOT)?;
-    serde_json::from_slice(&bytes).with_context(|| format!("{}: no JSON", path.display()))
+    serde_json::from_slice(&bytes).with_context(|| format!("{}: expected JSON", path.display()))
 }
 
 fn transcript(file: Option<&TranscriptFile>, json: bool) -> Call {
@@ -244,7 +244,7 @@ fn transcript(file: Option<&TranscriptFile>, json: bool) -> Call {
 fn raw(method: &str, path: &str, body: Option<&str>) -> anyhow::Result<Call> {
     let plain = path.starts_with('/') && path.bytes().all(|byte| byte.is_ascii_graphic());
     if !plain {
-        return Err(UnexpectedWord::new("a path as a URL has it", path).into());
+        return Err(UnexpectedWord::new("a path of a URL", path).into());
     }
     let body = body.map(serde_json::from_str).transpose().context("body")?;
     let mut methods = METHODS.into_iter();
@@ -292,7 +292,7 @@ fn line_call(side: &'static str, LineArgs { line, action }: &LineArgs) -> anyhow
     let Some(line) = line else {
         return match action {
             None => Ok(get(format!("/{side}s"))),
-            Some(_) => Err(anyhow!("which {side}?")),
+            Some(_) => Err(anyhow!("the number of the {side} is missing")),
         };
     };
     let path = format!("/{side}s/{line}");
@@ -376,7 +376,7 @@ fn channel(port: Option<&str>, action: Option<&ChannelCommand>) -> anyhow::Resul
     let Some(port) = port else {
         return match action {
             None => Ok(get("/channels")),
-            Some(_) => Err(anyhow!("which port?")),
+            Some(_) => Err(anyhow!("the port is missing")),
         };
     };
     let path = format!("/channels/{}", port.to_ascii_uppercase());
@@ -417,7 +417,7 @@ fn wait_body(condition: &Value, limits: WaitLimits) -> Value {
     json!({"condition": condition, "within": within.as_secs_f64(), "wall": wall})
 }
 
-/// The words of a condition, as the controller writes them. Backslashes mean what they mean to the other commands.
+/// The words of a condition, as the controller writes them. Backslashes are escapes, as in the other commands.
 fn condition(words: &[String]) -> anyhow::Result<Value> {
     let words = unescape(&words.join(" "));
     let condition: Condition = Escaped::for_reading(words.as_bytes()).to_string().parse()?;
@@ -431,7 +431,7 @@ fn events_path(events: EventsArgs) -> String {
     format!("/events?{}", query.join("&"))
 }
 
-/// `\r`, `\n`, `\t`, `\\` and `\xNN` as what they stand for.
+/// Replaces the escapes `\r`, `\n`, `\t`, `\\` and `\xNN`.
 fn unescape(text: &str) -> String {
     let mut plain = String::new();
     let mut rest = text;

@@ -109,7 +109,7 @@ fn plain(value: &Value) -> String {
     }
 }
 
-/// Three decimals; all digits of a number that three would hide, such as a small probability.
+/// Three decimals; all digits of a number that three would hide, for example a small probability.
 fn decimal(value: f64) -> String {
     let size = value.abs();
     if (NOISE..HIDDEN).contains(&size) {

@@ -62,7 +62,7 @@ fn list(instances: &[Instance]) -> String {
     instances.iter().map(line).collect()
 }
 
-/// Which robot is called, and with what right.
+/// The robot to call and the token.
 #[derive(Debug, Args)]
 pub struct TargetArgs {
     /// URL of the control interface [env: TS3100_CONTROL_URL] [default: the only emulator on this computer]

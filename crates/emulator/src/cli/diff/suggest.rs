@@ -11,7 +11,7 @@ use ts3100_recording::transcript::Recording;
 /// Most suggestions that are made.
 const MAX_SUGGESTIONS: usize = 5;
 
-/// An option, and what is left with it.
+/// An option, and the differences that are left with it.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(super) struct Suggestion {
     /// `su.layout=one-record`.

@@ -89,7 +89,7 @@ impl FromArgMatches for HostSubcommand {
     }
 }
 
-/// A command with arguments that are no operands.
+/// A command with arguments that are not operands.
 #[derive(Debug, Subcommand)]
 pub(super) enum HostCommand {
     #[command(about = help("UL"))]

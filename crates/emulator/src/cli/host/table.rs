@@ -85,10 +85,10 @@ fn frame() -> impl TypedValueParser<Value = String> {
 /// The operands of a command, in the order of its message.
 fn operands_of(row: &CommandRow) -> Vec<Arg> {
     let first = || operand("first", "Number of the first line, which is bit 0");
-    let count = || operand("count", "How many lines, 1 to 16");
+    let count = || operand("count", "Number of lines, 1 to 16");
     match row.letters {
         "ER" | "SL" => vec![operand("name", "File of the RAM drive")],
-        "RS" => vec![operand("what", "What")],
+        "RS" => vec![operand("what", "Part to reset")],
         "IW" => vec![operands("pairs", "Line number and 0 or 1, in turn")],
         "DO" => {
             let statement = operands("statement", "The statement; everything after it belongs to it");
@@ -104,11 +104,11 @@ fn operands_of(row: &CommandRow) -> Vec<Arg> {
             operand("level", "Level of the alarm: 1, 2 or 8; 0 for no alarm"),
         ],
         "HI" => vec![first(), count()],
-        "HO" => vec![first(), count(), operand("value", "The number")],
-        "PR" => vec![operand("which", "Which position")],
-        "VL" => vec![operand("which", "Which speed")],
+        "HO" => vec![first(), count(), operand("value", "Value of the lines")],
+        "PR" => vec![operand("which", "Number of the position")],
+        "VL" => vec![operand("which", "Number of the speed")],
         "ZS" => vec![
-            operand("frame", "Which one")
+            operand("frame", "Coordinate system")
                 .value_parser(frame())
                 .ignore_case(true),
             operand("name", "Name of the coordinate variable"),

@@ -45,7 +45,7 @@ impl VariableType {
     }
 }
 
-/// A word that is no type; with what was probably meant.
+/// A word that is not a type, with a suggestion.
 #[derive(Debug, thiserror::Error)]
 #[error(
     "expected a type code from -1 to 9, or {}{}",

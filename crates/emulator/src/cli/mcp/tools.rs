@@ -115,12 +115,12 @@ pub(super) const TOOLS: &[Tool] = &[
     },
     Tool {
         name: "load_program",
-        about: "Store a SCOL program on the RAM drive and select it. A program with errors is not stored: they are the answer",
+        about: "Store a SCOL program on the RAM drive and select it. If it has errors, it is not stored, and the answer lists them",
         arguments: &[
             required(
                 "name",
                 TEXT,
-                "Name of the file, such as PICK: a letter, then letters and digits, at most 8",
+                "Name of the file, for example PICK: a letter, then letters and digits, at most 8",
             ),
             SOURCE,
         ],
@@ -138,12 +138,12 @@ pub(super) const TOOLS: &[Tool] = &[
     Tool {
         name: "run_program",
         about: "Start the selected program and wait for a condition, by default until it has stopped. Servo power has to be on. \
-                The answer has whether the condition was met, and the state",
+                The answer says whether the condition was met, and has the state",
         arguments: &[
             optional(
                 "condition",
                 TEXT,
-                "What to wait for: idle, status stop (reset), output 5 on, input 3 off, alarm 2-046, line 12 ...; default idle",
+                "Condition to wait for: idle, status stop (reset), output 5 on, input 3 off, alarm 2-046, line 12 ...; default idle",
             ),
             SECONDS,
         ],
@@ -157,7 +157,7 @@ pub(super) const TOOLS: &[Tool] = &[
     },
     Tool {
         name: "advance_clock",
-        about: "Let virtual time pass. Needed to see anything happen when the emulator runs with --time stepped",
+        about: "Advance virtual time. With --time stepped nothing happens without it",
         arguments: &[required("seconds", NUMBER, "Virtual seconds")],
         run: |robot, arguments| {
             let body = json!({ "seconds": arguments["seconds"] });
@@ -172,7 +172,7 @@ pub(super) const TOOLS: &[Tool] = &[
                 more: Some(controls_and_values),
                 ..required("control", TEXT, "Its name; each with its values: ")
             },
-            optional("value", TEXT, "A value; for a button its second word"),
+            optional("value", TEXT, "The value; for a button its second word"),
         ],
         run: panel,
     },
@@ -214,15 +214,18 @@ pub(super) const TOOLS: &[Tool] = &[
     },
     Tool {
         name: "findings",
-        about: "What a host program did wrong at the protocol: rule, message, bytes, remedy. One with caused-by is a fault's, and \
-                no mistake of the host",
+        about: "Protocol mistakes of a host program: rule, message, bytes, remedy. A finding with caused-by comes from an armed fault",
         arguments: &[],
         run: |robot, _| robot.call("GET", "/findings", None),
     },
     Tool {
         name: "explain_finding",
-        about: "What a rule of the findings says, where the manual says so, and what to do",
-        arguments: &[required("rule", TEXT, "Name of the rule, such as answer-early")],
+        about: "Explain a rule of the findings: its meaning, the section of the manual, the remedy",
+        arguments: &[required(
+            "rule",
+            TEXT,
+            "Name of the rule, for example answer-early",
+        )],
         run: |_, arguments| explain(text(arguments, "rule")),
     },
     Tool {
@@ -231,7 +234,7 @@ pub(super) const TOOLS: &[Tool] = &[
         arguments: &[optional(
             "lines",
             NUMBER,
-            "At most so many lines, from the end; default 60",
+            "Maximum number of lines, from the end; default 60",
         )],
         run: traffic,
     },
@@ -359,7 +362,7 @@ fn explain(rule: &str) -> Result<Value, ToolError> {
     let Some(found) = Rule::by_id(rule) else {
         let known = ts3100_controller::findings::RULES.iter().map(|rule| rule.id);
         let hint = did_you_mean(rule, known);
-        return Err(wrong("rule", format!("no finding is called `{rule}`{hint}")));
+        return Err(wrong("rule", format!("unknown rule `{rule}`{hint}")));
     };
     Ok(json!({
         "rule": found.id,

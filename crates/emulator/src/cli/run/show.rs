@@ -17,7 +17,7 @@ const SCARA_COORDINATES: usize = 5;
 /// Most entries of each list of the JSON document; what is more is counted.
 const MAX_ENTRIES: usize = 100_000;
 
-/// Shows a run while it goes on.
+/// Shows the progress of a run.
 pub(super) struct RunPrinter {
     /// The lines of the program, for the trace.
     program: Vec<String>,
@@ -223,19 +223,21 @@ fn describe_end(ending: &RunEnd) -> (&'static str, String) {
         RunEnd::Stopped { line } => ("stopped", format!("stopped, line {line} is next")),
         RunEnd::OutOfInput { channel, line } => (
             "out-of-input",
-            format!("the records of {channel} are used up, INPUT at line {line} waits"),
+            format!("INPUT at line {line} waits: all records of {channel} are used"),
         ),
         RunEnd::NoInput { channel, line } => {
             let flag = channel.to_ascii_lowercase();
             let words =
-                format!("INPUT {channel} at line {line} waits; give it records by --input {flag}=FILE");
+                format!("INPUT {channel} at line {line} waits; give it records with --input {flag}=FILE");
             ("no-input", words)
         }
         RunEnd::Alarm { number, text } => ("alarm", format!("alarm {number} {text}")),
         RunEnd::Blocked { line } => (
             "stuck",
-            format!("line {line} waits for what cannot happen any more"),
+            format!(
+                "line {line} waits for a condition that can no longer become true; set inputs with --din"
+            ),
         ),
-        RunEnd::TimeUp { line } => ("time-up", format!("--max-time is over at line {line}")),
+        RunEnd::TimeUp { line } => ("time-up", format!("stopped at line {line} after --max-time")),
     }
 }

@@ -56,7 +56,7 @@ pub(super) fn html(report: &Report) -> String {
     format!(
         "<!doctype html><html lang=en><meta charset=utf-8><meta name=viewport content=\"width=device-width\">\
          <title>Survey of {of}</title><style>{STYLE}</style><h1>Survey of {of}</h1><p>{}</p><ul>{}</ul>\n\
-         <table><thead><tr><th>Name<th>Question<th>Verdict<th>Heard<th>Option</tr></thead><tbody>\n{}</tbody></table>\n\
+         <table><thead><tr><th>Name<th>Question<th>Verdict<th>Answer<th>Option</tr></thead><tbody>\n{}</tbody></table>\n\
          <h2>{REMAINING}</h2><dl>\n{}</dl></html>\n",
         summary(report),
         facts.concat(),

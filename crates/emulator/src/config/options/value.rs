@@ -87,7 +87,7 @@ impl Value for [OpenMode; 4] {
     }
 }
 
-/// Five times in milliseconds in rising order; one stands for all.
+/// Five times in milliseconds in rising order; a single one is used for all.
 impl Value for [Duration; 5] {
     fn values() -> Values {
         Values::Quartiles

@@ -15,7 +15,7 @@ const WHOLE: &str = "^[0-9]+$";
 /// A key that every kind has.
 #[derive(Debug, Clone, Copy)]
 pub struct CommonKey {
-    /// Its name.
+    /// Name of the robot.
     pub name: &'static str,
     pub meaning: &'static str,
     /// The default.
@@ -52,25 +52,25 @@ pub const COMMON_KEYS: [CommonKey; 7] = [
     },
     CommonKey {
         name: "block",
-        meaning: "number of the FL text in its exchange, from 1, or of the OK to it; 0: what is no FL text",
+        meaning: "number of the FL text in its exchange, from 1, or of the OK to it; 0: any other text",
         default: "any, but see the kind",
         schema: |_| whole(0, u64::from(MAX_COUNT)),
     },
     CommonKey {
         name: "after",
-        meaning: "how many occasions pass first",
+        meaning: "number of occasions to skip first",
         default: "0",
         schema: |_| whole(0, u64::from(MAX_COUNT)),
     },
     CommonKey {
         name: "times",
-        meaning: "how often it fires; 0: always",
+        meaning: "maximum number of times it fires; 0: no limit",
         default: "1",
         schema: |_| whole(0, u64::from(MAX_COUNT)),
     },
     CommonKey {
         name: "probability",
-        meaning: "how likely it takes an occasion, 0.000001 to 1",
+        meaning: "probability of firing at an occasion, 0.000001 to 1",
         default: "1",
         schema: |_| json!({ "type": "number", "minimum": 0.000_001, "maximum": 1 }),
     },
@@ -101,11 +101,11 @@ pub fn schema() -> Value {
         "properties": {
             "fault": {
                 "type": "array",
-                "description": "A fault each",
+                "description": "One fault each",
                 "items": {
                     "type": "object",
                     "required": ["kind"],
-                    "properties": { "kind": { "enum": kinds, "description": "What it breaks" } },
+                    "properties": { "kind": { "enum": kinds, "description": "Effect of the fault" } },
                     "allOf": each,
                 },
             },
