@@ -719,7 +719,7 @@ private:
         std::this_thread::sleep_until(heard_ + pause);
         link_.write(framed(data));  // in one piece
     }
-    /// Sends a command: what comes before it is no answer to it.
+    /// Sends a command: bytes received earlier are not its answer.
     void ask(const std::string& command) {
         std::this_thread::sleep_until(heard_ + pause);
         discard();
@@ -846,11 +846,11 @@ struct Program {
 };
 /// An alarm, with its cause and its remedy.
 struct Alarm {
-    std::string number;  ///< `level-code`.
-    int level;  ///< 8 the worst, 1 a warning.
-    std::string text;  ///< What the operator reads.
-    std::string cause;  ///< What brought it about.
-    std::string remedy;  ///< What to do.
+    std::string number;  ///< Number, as `level-code`.
+    int level;  ///< Level: 8 the most severe, 1 a warning.
+    std::string text;  ///< Text that the operator reads.
+    std::string cause;  ///< Cause of the alarm.
+    std::string remedy;  ///< Remedy.
     std::string at;  ///< Date and time, `YYYY-MM-DD HH:MM:SS`.
     explicit Alarm(const Json& json)
         : number(detail::member<std::string>(json, "number")),
@@ -863,13 +863,13 @@ struct Alarm {
 /// A mistake of a host, or what a fault has caused; docs/reference/findings.md lists the rules.
 struct Finding {
     std::string rule;  ///< Name of the rule of a finding.
-    Severity severity;  ///< How much a finding matters; `note` if a fault has caused it.
-    std::string message;  ///< What happened.
-    std::string remedy;  ///< What to do about a finding.
+    Severity severity;  ///< Severity of a finding; `note` if a fault caused it.
+    std::string message;  ///< Message.
+    std::string remedy;  ///< Remedy of a finding.
     double t;  ///< Virtual time in seconds.
-    std::string port;  ///< The port it concerns.
+    std::string port;  ///< Port of the event.
     std::string text;  ///< Bytes as text, control codes by name: `<STX>SO<CR><ETX>`. Of an alarm and the pendant the words themselves.
-    std::string caused_by;  ///< The fault that has caused a finding, with its kind; absent if the host has.
+    std::string caused_by;  ///< Number and kind of the fault that caused a finding; absent if the host caused it.
     explicit Finding(const Json& json)
         : rule(detail::member<std::string>(json, "rule")),
           severity(detail::member<Severity>(json, "severity")),
@@ -882,13 +882,13 @@ struct Finding {
 };
 /// A fault and its outcome.
 struct Fault {
-    int id;  ///< Its number.
-    std::string kind;  ///< Its kind.
+    int id;  ///< Number of the fault.
+    std::string kind;  ///< Kind of the fault.
     std::string spec;  ///< As text, like `--fault`.
     bool armed;  ///< Whether it can still trigger.
     int seen;  ///< Matches while it was armed.
-    int fired;  ///< How often it triggered.
-    std::vector<double> at;  ///< When it triggered, in seconds of virtual time; the first hundred.
+    int fired;  ///< Number of times it triggered.
+    std::vector<double> at;  ///< Times at which it triggered, in seconds of virtual time; the first hundred.
     explicit Fault(const Json& json)
         : id(detail::member<int>(json, "id")),
           kind(detail::member<std::string>(json, "kind")),
@@ -910,8 +910,8 @@ struct Clock {
 };
 /// The end of a wait.
 struct Reached {
-    double now;  ///< Virtual time then, in seconds.
-    double passed;  ///< Virtual time that passed meanwhile, in seconds.
+    double now;  ///< Virtual time at the end of the wait, in seconds.
+    double passed;  ///< Virtual time that passed during the wait, in seconds.
     explicit Reached(const Json& json)
         : now(detail::member<double>(json, "now")),
           passed(detail::member<double>(json, "passed")) {}
@@ -920,8 +920,8 @@ struct Reached {
 struct Pose {
     std::vector<double> joints;  ///< Joint values: degrees, of the SCARA's third axis mm.
     std::vector<double> world;  ///< The tool point in world: X Y Z A B C U V, of a SCARA X Y Z C T; mm and degrees.
-    bool moving;  ///< A motion is under way or held.
-    double percent;  ///< Percentage of it completed; 100 when none is under way.
+    bool moving;  ///< Whether a motion is under way or held.
+    double percent;  ///< Completed percentage of the motion; 100 without a motion.
     explicit Pose(const Json& json)
         : joints(detail::member<std::vector<double>>(json, "joints")),
           world(detail::member<std::vector<double>>(json, "world")),
@@ -1081,8 +1081,9 @@ public:
     /// The URL of the control interface.
     std::string url() const { return "http://" + address_ + ":" + std::to_string(port_) + base_; }
 
-    /// Makes a call by its operation in the OpenAPI document: call("put_input", {{"line", 5}, {"on", true}}). The arguments are the
-    /// parameters of the path and the query, and the fields of the body. An answer that is no JSON comes as a string.
+    /// Makes a call by its operation in the OpenAPI document: call("put_input", {{"line", 5}, {"on", true}}). The
+    /// arguments are the parameters of the path and the query, and the fields of the body. An answer that is not JSON
+    /// is returned as a string.
     Json call(const std::string& operation, Json::Members values = {}) const {
         const std::string row = detail::operation(operation);
         if (row.empty()) throw Error("unknown operation " + operation);
@@ -1145,7 +1146,7 @@ public:
     void power_off() const { call("power_off"); }
     void power_on() const { call("power_on"); }
     void power_cycle() const { call("power_cycle"); }
-    /// As when the emulator was started. Hosts are disconnected; findings and the transcript begin anew.
+    /// As when the emulator was started. Hosts are disconnected; findings and the transcript begin again.
     void reset() const { call("reset_emulator"); }
     void reset(const std::string& time_mode) const { call("reset_emulator", {{"mode", time_mode}}); }
     Program program() const { return Program(call("get_program")); }
@@ -1253,13 +1254,14 @@ public:
     Clock clock() const { return Clock(call("get_clock")); }
     /// Advances a stopped clock.
     void advance(double seconds) const { call("advance_time", {{"seconds", seconds}, {"wall", wall_seconds}}); }
-    /// Advances a stopped clock until a condition is met, such as "output 5 on". Throws NotReached after so many seconds of virtual time.
+    /// Advances a stopped clock until a condition is met, such as "output 5 on". Throws NotReached after `within`
+    /// seconds of virtual time.
     Reached advance_until(const std::string& condition, double within = 60) const { return await("advance_time_until", condition, within); }
     /// Waits for a condition while time passes by itself. Throws NotReached.
     Reached wait(const std::string& condition, double within = 60) const { return await("wait_until", condition, within); }
     std::vector<std::string> snapshots() const { return names(call("get_snapshots")["snapshots"]); }
     void take_snapshot(const std::string& name) const { call("put_snapshot", {{"name", name}}); }
-    /// Returns to a snapshot; hosts stay connected, findings and transcript go on.
+    /// Returns to a snapshot; hosts stay connected, findings and transcript continue.
     void restore_snapshot(const std::string& name) const { call("restore_snapshot", {{"name", name}}); }
     void delete_snapshot(const std::string& name) const { call("delete_snapshot", {{"name", name}}); }
     /// The mistakes of hosts since the start or the last reset, oldest first.
@@ -1594,7 +1596,7 @@ public:
     const Robot robot;
 
 
-    /// As the robot was started, nobody connected, no findings; in less than a millisecond.
+    /// As the robot was started, without connections and findings; in less than a millisecond.
     const Robot& fresh() const {
         robot.reset();
         return robot;

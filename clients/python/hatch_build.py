@@ -41,7 +41,7 @@ class ProgramHook(BuildHookInterface[Any]):
         if chosen:
             path = Path(chosen).resolve()
             if not path.is_file():
-                raise SystemExit(f"error: cannot build the wheel: TS3100_BINARY is {chosen}, which is no file")
+                raise SystemExit(f"error: cannot build the wheel: TS3100_BINARY is {chosen}, which is not a file")
             return path
         workspace = Path(self.root).parents[1]
         cargo = shutil.which("cargo")

@@ -189,7 +189,7 @@ channel.fields = { channel_text, channel_sender }
 local panel_words = ProtoField.string("ts3100_panel.words", "Action")
 panel.fields = { panel_words }
 
-local malformed = ProtoExpert.new("ts3100.not_a_text", "Bytes that are no text", expert.group.MALFORMED, expert.severity.WARN)
+local malformed = ProtoExpert.new("ts3100.not_a_text", "Bytes that are not a text", expert.group.MALFORMED, expert.severity.WARN)
 local refused = ProtoExpert.new("ts3100.refused", "Refused: NG", expert.group.RESPONSE_CODE, expert.severity.NOTE)
 proto.experts = { malformed, refused }
 

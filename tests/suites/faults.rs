@@ -292,8 +292,8 @@ fn a_fault_that_waits_for_something_else_is_reported_as_never_fired() {
     assert_eq!(
         lines,
         [
-            "fault 1 `no-reply:command=CA,lost=reply` never fired: it saw no occasion",
-            "fault 2 `no-reply:command=SU,after=3,lost=reply` never fired: 1 occasions passed (after, probability)",
+            "fault 1 `no-reply:command=CA,lost=reply` never fired: no occasion occurred",
+            "fault 2 `no-reply:command=SU,after=3,lost=reply` never fired: skipped 1 occasions (after, probability)",
         ]
     );
     world.pass(Duration::from_secs(1));

@@ -158,13 +158,13 @@ fn a_refused_start_is_told_by_the_cause_that_refused_it() {
         (&[nothing][..], state, "no file is selected"),
         (&[nothing, off], state, "no file is selected"),
         (&[nothing, off, emergency], state, "no file is selected"),
-        (&[jogging], state, "the arm is being jogged"),
+        (&[jogging], state, "the arm is being jogged; stop the jog first"),
         (&[emergency], state, "the emergency stop is pressed"),
         (&[off, emergency], state, "the emergency stop is pressed"),
         (&[off, open], state, "the safety switch is open"),
         (&[off], &rules::START_SERVO_OFF, "servo power is off"),
         (&[off, held], &rules::START_SERVO_OFF, "servo power is off"),
-        (&[held], state, "feed hold is on"),
+        (&[held], state, "feed hold is on; release it first"),
     ] {
         let mut robot = Robot::ready(PROGRAM);
         causes.iter().for_each(|cause| cause(&mut robot));

@@ -265,7 +265,7 @@ fn bad_rows_of_string_par_raise_one_1_101() {
     assert_eq!(numbers(&mut robot, "A,D\r"), "1 2.000");
     refused(&mut robot, "B,1\r");
     let active = robot.seat.controller.alarms().active();
-    let message = "INPUT: expected a number or a text of STRING.PAR, found \"B\"";
+    let message = "INPUT: expected a number or a string of STRING.PAR, found \"B\"";
     assert!(active[0].detail.ends_with(message), "{active:?}");
     robot.command(Port::Ip0, "DL,STRING.PAR");
     robot.command(Port::Ip0, "FL,= -1 \"OK\"\r\u{1A}");

@@ -277,7 +277,7 @@ namespace Ts3100
             return comma < 0 ? new AlarmRecord[0] : Records(text.Substring(comma + 1)).Select(record => new AlarmRecord(record)).ToArray();
         }
 
-        /// <summary>Sends a command: what comes before it is no answer to it.</summary>
+        /// <summary>Sends a command: bytes received earlier are not its answer.</summary>
         void Ask(string command)
         {
             Rest();

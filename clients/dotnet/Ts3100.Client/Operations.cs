@@ -138,15 +138,15 @@ namespace Ts3100
     /// <summary>An alarm, with its cause and its remedy.</summary>
     public sealed partial class Alarm
     {
-        /// <summary>`level-code`.</summary>
+        /// <summary>Number, as `level-code`.</summary>
         public readonly string Number;
-        /// <summary>8 the worst, 1 a warning.</summary>
+        /// <summary>Level: 8 the most severe, 1 a warning.</summary>
         public readonly int Level;
-        /// <summary>What the operator reads.</summary>
+        /// <summary>Text that the operator reads.</summary>
         public readonly string Text;
-        /// <summary>What brought it about.</summary>
+        /// <summary>Cause of the alarm.</summary>
         public readonly string Cause;
-        /// <summary>What to do.</summary>
+        /// <summary>Remedy.</summary>
         public readonly string Remedy;
         /// <summary>Date and time, `YYYY-MM-DD HH:MM:SS`.</summary>
         public readonly string At;
@@ -166,19 +166,19 @@ namespace Ts3100
     {
         /// <summary>Name of the rule of a finding.</summary>
         public readonly string Rule;
-        /// <summary>How much a finding matters; `note` if a fault has caused it.</summary>
+        /// <summary>Severity of a finding; `note` if a fault caused it.</summary>
         public readonly Severity Severity;
-        /// <summary>What happened.</summary>
+        /// <summary>Message.</summary>
         public readonly string Message;
-        /// <summary>What to do about a finding.</summary>
+        /// <summary>Remedy of a finding.</summary>
         public readonly string Remedy;
         /// <summary>Virtual time in seconds.</summary>
         public readonly double Seconds;
-        /// <summary>The port it concerns.</summary>
+        /// <summary>Port of the event.</summary>
         public readonly string Port;
         /// <summary>Bytes as text, control codes by name: `&lt;STX>SO&lt;CR>&lt;ETX>`. Of an alarm and the pendant the words themselves.</summary>
         public readonly string Text;
-        /// <summary>The fault that has caused a finding, with its kind; absent if the host has.</summary>
+        /// <summary>Number and kind of the fault that caused a finding; absent if the host caused it.</summary>
         public readonly string CausedBy;
         internal Finding(Json json)
         {
@@ -196,9 +196,9 @@ namespace Ts3100
     /// <summary>A fault and its outcome.</summary>
     public sealed partial class Fault
     {
-        /// <summary>Its number.</summary>
+        /// <summary>Number of the fault.</summary>
         public readonly int Number;
-        /// <summary>Its kind.</summary>
+        /// <summary>Kind of the fault.</summary>
         public readonly string Kind;
         /// <summary>As text, like `--fault`.</summary>
         public readonly string Spec;
@@ -206,9 +206,9 @@ namespace Ts3100
         public readonly bool Armed;
         /// <summary>Matches while it was armed.</summary>
         public readonly int Seen;
-        /// <summary>How often it triggered.</summary>
+        /// <summary>Number of times it triggered.</summary>
         public readonly int Fired;
-        /// <summary>When it triggered, in seconds of virtual time; the first hundred.</summary>
+        /// <summary>Times at which it triggered, in seconds of virtual time; the first hundred.</summary>
         public readonly double[] At;
         internal Fault(Json json)
         {
@@ -242,9 +242,9 @@ namespace Ts3100
     /// <summary>The end of a wait.</summary>
     public sealed partial class Reached
     {
-        /// <summary>Virtual time then, in seconds.</summary>
+        /// <summary>Virtual time at the end of the wait, in seconds.</summary>
         public readonly double Now;
-        /// <summary>Virtual time that passed meanwhile, in seconds.</summary>
+        /// <summary>Virtual time that passed during the wait, in seconds.</summary>
         public readonly double Passed;
         internal Reached(Json json)
         {
@@ -260,9 +260,9 @@ namespace Ts3100
         public readonly double[] Joints;
         /// <summary>The tool point in world: X Y Z A B C U V, of a SCARA X Y Z C T; mm and degrees.</summary>
         public readonly double[] World;
-        /// <summary>A motion is under way or held.</summary>
+        /// <summary>Whether a motion is under way or held.</summary>
         public readonly bool Moving;
-        /// <summary>Percentage of it completed; 100 when none is under way.</summary>
+        /// <summary>Completed percentage of the motion; 100 without a motion.</summary>
         public readonly double Percent;
         internal Pose(Json json)
         {

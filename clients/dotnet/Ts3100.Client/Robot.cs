@@ -12,7 +12,7 @@ namespace Ts3100
     /// <summary>The emulator refused a call of the control interface; nothing has changed.</summary>
     public sealed class ControlException : InvalidOperationException
     {
-        /// <summary>The HTTP status: 409 if the state forbids the call; 0 if nobody answered.</summary>
+        /// <summary>The HTTP status: 409 if the state forbids the call; 0 without an answer.</summary>
         public int StatusCode { get; private set; }
 
         /// <summary>An exception with the emulator's sentence.</summary>
@@ -29,7 +29,7 @@ namespace Ts3100
         Note,
         /// <summary>The manual advises against it, or the robot refused what the host could have known.</summary>
         Warning,
-        /// <summary>Something was lost, given up, or is no text, command or file at all.</summary>
+        /// <summary>Something was lost, given up, or is not a text, command or file at all.</summary>
         Error
     }
 
@@ -88,7 +88,7 @@ namespace Ts3100
         {
             string url = Environment.GetEnvironmentVariable("TS3100_CONTROL_URL");
             if (url == null)
-                throw new ControlException(0, "TS3100_CONTROL_URL is not set: run the tests by `ts3100 exec -- dotnet test`");
+                throw new ControlException(0, "TS3100_CONTROL_URL is not set: run the tests with `ts3100 exec -- dotnet test`");
             return new Robot(url, Environment.GetEnvironmentVariable("TS3100_CONTROL_TOKEN"));
         }
 
@@ -97,8 +97,8 @@ namespace Ts3100
         /// <summary>Makes a call by its operation in the OpenAPI document: <c>Call("put_input", "line", 5, "on", true)</c>.</summary>
         /// <param name="operation">The operation.</param>
         /// <param name="namesAndValues">The parameters of the path and the query, and the fields of the body, in turn.</param>
-        /// <returns>The answer; one that is no JSON as a string.</returns>
-        /// <exception cref="ControlException">The call was refused, or nobody answered.</exception>
+        /// <returns>The answer; as a string if it is not JSON.</returns>
+        /// <exception cref="ControlException">The call was refused, or there was no answer.</exception>
         public Json Call(string operation, params object[] namesAndValues)
         {
             if (!Operations.All.TryGetValue(operation, out string row))
@@ -187,7 +187,7 @@ namespace Ts3100
         public void PowerOn() { Call("power_on"); }
         /// <summary>Turns the power off and on.</summary>
         public void PowerCycle() { Call("power_cycle"); }
-        /// <summary>As when the emulator was started. Hosts are disconnected; findings and the transcript begin anew.</summary>
+        /// <summary>As when the emulator was started. Hosts are disconnected; findings and the transcript begin again.</summary>
         /// <param name="timeMode">How time passes then; null keeps the mode.</param>
         public void Reset(string timeMode = null) { Call("reset_emulator", timeMode == null ? new object[0] : new object[] { "mode", timeMode }); }
         /// <summary>The selected program.</summary>
@@ -337,7 +337,7 @@ namespace Ts3100
         public IList<string> Snapshots() { return Call("get_snapshots")["snapshots"].Select(one => one["name"].AsString()).ToArray(); }
         /// <summary>Keeps the present state under a name.</summary>
         public void TakeSnapshot(string name) { Call("put_snapshot", "name", name); }
-        /// <summary>Returns to a snapshot; hosts stay connected, findings and transcript go on.</summary>
+        /// <summary>Returns to a snapshot; hosts stay connected, findings and transcript continue.</summary>
         public void RestoreSnapshot(string name) { Call("restore_snapshot", "name", name); }
         /// <summary>Deletes a snapshot.</summary>
         public void DeleteSnapshot(string name) { Call("delete_snapshot", "name", name); }

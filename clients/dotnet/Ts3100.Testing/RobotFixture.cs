@@ -63,7 +63,7 @@ namespace Ts3100.Testing
         /// <summary>Where the transcripts of failed tests go: ts3100-transcripts beside the test assembly.</summary>
         public string TranscriptDirectory { get; set; }
 
-        /// <summary>A fresh robot: as it was started and prepared, nobody connected, no findings.</summary>
+        /// <summary>A fresh robot: as it was started and prepared, without connections and findings.</summary>
         /// <param name="test">The name of the test, for its transcript.</param>
         /// <exception cref="InvalidOperationException">Another test still has the robot.</exception>
         public TestRobot Fresh(string test = "test")

@@ -262,7 +262,7 @@ class Host {
     await this.#rest();
     this.#link.send((this.stx ? STX : "") + data + ETX); // in one piece
   }
-  /** Sends a command: what comes before it is no answer to it. */
+  /** Sends a command: bytes received earlier are not its answer. */
   async #ask(text) {
     await this.#rest();
     await this.#discard();

@@ -11,7 +11,7 @@ export type Finding = Event & { rule: string; severity: Severity; port: string; 
 
 /** The emulator refused a call, with its sentence as the message; nothing has changed. */
 export class ControlError extends Error {
-  /** The HTTP status: 409 if the state forbids the call; 0 if nobody answered. */
+  /** The HTTP status: 409 if the state forbids the call; 0 without an answer. */
   readonly status: number;
 }
 
@@ -189,7 +189,7 @@ export class Robot {
   powerOff(): Promise<void>;
   powerOn(): Promise<void>;
   powerCycle(): Promise<void>;
-  /** As when the emulator was started: a fresh robot for the next test. Hosts are disconnected; findings begin anew. */
+  /** As when the emulator was started: a fresh robot for the next test. Hosts are disconnected; findings begin again. */
   reset(mode?: string): Promise<void>;
   program(): Promise<ProgramStatus>;
   /** The execution status. */
@@ -273,13 +273,13 @@ export class Robot {
   clock(): Promise<Clock>;
   /** Advances a stopped clock. */
   advance(seconds: number): Promise<void>;
-  /** Advances a stopped clock until a condition is met, such as `output 5 on`; throws NotReached after so many seconds, default 60. */
+  /** Advances a stopped clock until a condition is met, such as `output 5 on`; throws NotReached after a number of seconds of virtual time, default 60. */
   advanceUntil(condition: WaitFor["condition"], within?: number): Promise<WaitResult>;
   /** Waits for a condition while time passes by itself; throws NotReached. */
   wait(condition: WaitFor["condition"], within?: number): Promise<WaitResult>;
   snapshots(): Promise<string[]>;
   takeSnapshot(name: string): Promise<void>;
-  /** Returns to a snapshot; hosts stay connected, findings and transcript go on. */
+  /** Returns to a snapshot; hosts stay connected, findings and transcript continue. */
   restoreSnapshot(name: string): Promise<void>;
   deleteSnapshot(name: string): Promise<void>;
   findings(): Promise<Finding[]>;

@@ -62,7 +62,7 @@ def test_a_wrong_host_fails_with_the_finding_that_explains_it(user: pytest.Pytes
     result.assert_outcomes(failed=3, passed=1)
     result.stdout.fnmatch_lines([
         "the robot found mistakes of the host:",
-        "  IP0 lower-case (note): \"so\" is taken as SO. Text: 'so'. Send command letters in upper case*",
+        "  IP0 lower-case (note): \"so\" is read as SO. Text: 'so'. Send command letters in upper case*",
         "*- ts3100 findings -*",
         "IP0 lower-case*",
         "*- ts3100 last exchange -*",

@@ -232,7 +232,7 @@ def test_alarms_faults_and_findings(robot: Robot) -> None:
     assert robot.faults == []
     with robot.host(pause=0) as host:
         host.raw(b"so\r")
-    assert "lower-case (note): \"so\" is taken as SO" in str(robot.findings[-1])
+    assert "lower-case (note): \"so\" is read as SO" in str(robot.findings[-1])
     assert "> IP0 so<CR>" in robot.transcript() and '"event":"start"' in robot.transcript("jsonl")
 
 
@@ -354,7 +354,7 @@ def test_starting_and_ending(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) ->
 
 def test_the_program_that_is_started(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("TS3100_BINARY", "/no/such")
-    with pytest.raises(StartError, match="TS3100_BINARY is /no/such, which is no file"):
+    with pytest.raises(StartError, match="TS3100_BINARY is /no/such, which is not a file"):
         Robot.start()
     monkeypatch.delenv("TS3100_BINARY")
     assert Path(ts3100.find_binary()).parent == Path(sys.executable).parent

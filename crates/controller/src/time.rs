@@ -19,7 +19,7 @@ pub fn duration_from_seconds(seconds: f64, longest: f64) -> Duration {
     Duration::from_micros(micros as u64)
 }
 
-/// Units of durations and their microseconds. A unit stands before those that end as it does.
+/// Units of durations and their microseconds. A unit comes before its own suffixes.
 const UNITS: [(&str, f64); 4] = [("us", 1.0), ("ms", 1e3), ("s", 1e6), ("min", 60e6)];
 
 /// Text that is not a duration.

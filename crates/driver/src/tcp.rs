@@ -123,13 +123,6 @@ impl Channels {
         &self.numbers
     }
 
-    /// The open server channels for a message: `IP0 1000, IP1 1001`.
-    pub fn listing(&self) -> String {
-        let ports = self.numbers.iter();
-        let ports: Vec<_> = ports.map(|(port, number)| format!("{port} {number}")).collect();
-        ports.join(", ")
-    }
-
     /// Closes every channel and connection; returns the resulting inputs.
     pub fn close(&mut self) -> Vec<Input> {
         self.numbers.clear();

@@ -197,8 +197,8 @@ pub(crate) fn constant(word: &str, arm: Arm) -> Option<i32> {
     }
 }
 
-/// The configuration a word names where a configuration is wanted: a constant, or on a six-axis arm five letters
-/// of which some may be `X`, undefined, as the vendor's library writes them (hosts 8.5). `XXXXX` and its kin are
+/// The configuration a word names where a configuration is wanted: a constant, or on a six-axis arm five letters of
+/// which some may be `X`, undefined, as the vendor's library writes them (hosts 8.5). `XXXXX` and similar words are
 /// names everywhere else.
 pub(crate) fn configuration(word: &str, arm: Arm) -> Option<i32> {
     constant(word, arm)
@@ -206,7 +206,7 @@ pub(crate) fn configuration(word: &str, arm: Arm) -> Option<i32> {
         .or_else(|| letters(word).filter(|_| arm == Arm::SixAxis))
 }
 
-/// `LAFSS` and its kin: shoulder L/R, elbow A/B, wrist N/F, axis 4 S/D, axis 6 S/D, each or X for undefined.
+/// Five letters like `LAFSS`: shoulder L/R, elbow A/B, wrist N/F, axis 4 S/D, axis 6 S/D, each or X for undefined.
 fn letters(word: &str) -> Option<i32> {
     const LETTERS: [[u8; 3]; 5] = [*b"XLR", *b"XAB", *b"XNF", *b"XSD", *b"XSD"];
     if word.len() != LETTERS.len() {

@@ -38,7 +38,6 @@ pub(crate) struct Code {
     pub operands: Vec<LeftOperand>,
 }
 
-/// An instruction.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Instruction {
     /// Fuel it takes: 1 for the first of a statement, 0 for the others.

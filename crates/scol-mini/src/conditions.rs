@@ -1,6 +1,6 @@
-//! The motion conditions that a program sets, such as `SPEED`, `ACCEL` or `TOOL`: system variables that last until changed.
+//! The motion conditions that a program sets (`SPEED`, `ACCEL`, `TOOL` ...): system variables that last until changed.
 //!
-//! Setting them is in `machine::request_values`. Their effect on a motion is left to whoever moves the arm.
+//! Setting them is in `machine::request_values`. Their effect on a motion is left to the mover of the arm.
 
 use crate::builtin::Condition;
 use crate::prelude::*;
@@ -32,7 +32,7 @@ pub enum Accuracy {
     Fine,
 }
 
-/// `SPEED`, `ACCEL`, `DECEL`, `CONFIG`, `BASE`, `TOOL`, `WORK`, `PAYLOAD` and their kin.
+/// `SPEED`, `ACCEL`, `DECEL`, `CONFIG`, `BASE`, `TOOL`, `WORK`, `PAYLOAD` and the like.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Conditions {
     /// Percent of the maximum speed, 1 to 100.

@@ -214,7 +214,7 @@ pub fn minus<const N: usize>(a: [f64; N], b: [f64; N]) -> [f64; N] {
     pairwise(a, b, |a, b| a - b)
 }
 
-/// The first and so many times the second.
+/// The sum of the first and a multiple of the second.
 pub fn plus_times<const N: usize>(a: [f64; N], b: [f64; N], factor: f64) -> [f64; N] {
     pairwise(a, b, |a, b| a + b * factor)
 }

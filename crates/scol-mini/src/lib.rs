@@ -1,9 +1,9 @@
 //! SCOL, the language of the robot controller: source text in, diagnostics and a compiled program out, and a
 //! machine that runs the program step by step.
 //!
-//! The machine never does anything to the world. It stops and asks: [`Machine::run`] returns a [`Pause`], the
-//! outside does what a [`Request`] wants and gives an [`Answer`]. Hosts, ports, clocks, motion, signals and files
-//! are the business of whoever drives the machine.
+//! The machine never does anything to the world. It stops and asks: [`Machine::run`] returns a [`Pause`], the outside
+//! does what a [`Request`] wants and gives an [`Answer`]. Hosts, ports, clocks, motion, signals and files are left to
+//! the driver of the machine.
 //!
 //! ```
 //! use scol_mini::{Answer, Inputs, LanguageOptions, Machine, Memory, Pause, Position, Request, compile};

@@ -31,9 +31,8 @@ pub enum AccessError {
     /// The value is of another kind.
     #[error("{name} holds {}, found {}", .expected.description(), .found.description())]
     KindMismatch {
-        /// The variable.
+        /// Name of the variable.
         name: String,
-        /// Its kind.
         expected: ValueKind,
         /// The kind of the value given.
         found: ValueKind,

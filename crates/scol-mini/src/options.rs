@@ -28,7 +28,6 @@ pub enum IntDivision {
     /// An integer, truncated toward zero.
     #[default]
     Truncate,
-    /// A real.
     Real,
 }
 

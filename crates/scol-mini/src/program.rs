@@ -93,7 +93,7 @@ pub(crate) enum Operation {
         /// The action is a jump, not a handler.
         jump: bool,
     },
-    /// The action of a monitor is over.
+    /// The action of a monitor has ended.
     HandlerEnd,
 }
 

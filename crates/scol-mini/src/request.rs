@@ -171,7 +171,7 @@ pub enum Path {
     Ptp(Position),
     /// `MOVES`: the tool point goes straight.
     Line(Position),
-    /// `MOVEC`: the tool point goes on an arc.
+    /// `MOVEC`: the tool point follows an arc.
     Arc {
         /// A point the arc passes.
         via: Position,

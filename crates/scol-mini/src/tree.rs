@@ -122,7 +122,7 @@ impl Expression {
         Expression { node, span, formula }
     }
 
-    /// An integer in the place of a written expression.
+    /// An integer instead of a written expression.
     pub fn integer(value: i32, span: Span) -> Expression {
         Expression::new(Node::Literal(Number::Integer(value)), span)
     }

@@ -75,9 +75,7 @@ pub enum Number {
 /// A value of the language: a number, or a box, because machines pass mostly numbers around.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub enum Value {
-    /// An integer.
     Integer(i32),
-    /// A real.
     Real(f32),
     /// Load data.
     Load(Box<Payload>),

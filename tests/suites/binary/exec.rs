@@ -56,7 +56,7 @@ fn the_question_whether_it_is_there_wakes_no_fault_and_waits_for_no_stepped_cloc
     let output = exec(&words, "exit 7");
     expect_code(&output, 7);
     assert!(
-        stderr(&output).contains("never fired: it saw no occasion"),
+        stderr(&output).contains("never fired: no occasion occurred"),
         "{}",
         stderr(&output)
     );

@@ -251,7 +251,7 @@ fn the_log_says_so_when_a_host_writes_a_decimal_comma() {
         expect_code(&serve.host(words), 1);
         let log = stderr(&serve.signal("TERM"));
         assert_eq!(
-            log.contains("the decimal sign is a point"),
+            log.contains("write decimals with a point"),
             named,
             "{words:?}: {log}"
         );

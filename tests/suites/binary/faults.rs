@@ -30,7 +30,7 @@ fn faults_of_flags_and_files_fire_and_those_that_never_did_are_reported() {
     for line in [
         "IP0: fault 1 ng: SO is refused",
         "IP0: fault 3 late-reply: the answer to BR leaves 1 ms late",
-        "WARN fault 2 `no-reply:command=ER,lost=reply` never fired: it saw no occasion",
+        "WARN fault 2 `no-reply:command=ER,lost=reply` never fired: no occasion occurred",
     ] {
         assert!(log.contains(line), "{line}:\n{log}");
     }
@@ -88,7 +88,7 @@ fn the_report_says_why_and_a_fault_that_met_nothing_can_fail_the_run() {
         "{xml}"
     );
     assert!(
-        xml.contains("never fired: it saw no occasion\" type=\"fault-never-fired\""),
+        xml.contains("never fired: no occasion occurred\" type=\"fault-never-fired\""),
         "{xml}"
     );
 }
@@ -128,7 +128,7 @@ fn what_is_no_fault_ends_it_before_it_is_ready() {
         (["--fault", "nothing"], "--fault: unknown kind of fault `nothing`"),
         (
             ["--fault", "flipped-bit:way=in,command=SO"],
-            "--fault: cannot arm flipped-bit: no occasion has command=SO",
+            "--fault: cannot arm flipped-bit: no occasion matches command=SO",
         ),
         (
             ["--faults", &file],

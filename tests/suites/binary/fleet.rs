@@ -364,7 +364,7 @@ const WRONG_TABLES: &[(&str, &str)] = &[
     ),
     (
         "[[robot]]\nname = \"outside\"\n",
-        "`outside` is the name of the world around the robots",
+        "`outside` is reserved for lines outside the robots",
     ),
     (
         "[[robot]]\nmodel = \"ts3100-tv800\"\n",
@@ -416,11 +416,11 @@ const WRONG_TABLES: &[(&str, &str)] = &[
     ),
     (
         "[[robot]]\nname = \"c\"\ntime = \"x2\"\n[[wire]]\nfrom = \"a.dout.1\"\nto = \"c.din.1\"\n",
-        "robots that wires join have one time: a has `real`, c has `x2`",
+        "robots joined by wires need the same time: a has `real`, c has `x2`",
     ),
     (
         "[[robot]]\nname = \"c\"\ntime-gap = \"skip\"\n[[wire]]\nfrom = \"a.dout.1\"\nto = \"c.din.1\"\n",
-        "robots that wires join have one time-gap: a and c have different ones",
+        "robots joined by wires need the same time-gap: a and c have different ones",
     ),
 ];
 
@@ -438,10 +438,10 @@ fn what_does_not_go_together_is_refused_before_a_port_opens() {
         &["--robots", "2", "--listen", "0.0.0.0"],
         "cannot give each robot an address from 0.0.0.0 on",
     );
-    refused_at_start(&["--robots", "2", "--port-step", "3"], "use a step from 4 on");
+    refused_at_start(&["--robots", "2", "--port-step", "3"], "use a step of 4 or more");
     refused_at_start(
         &["--robots", "9000", "--port-step", "10"],
-        "leave --port-step out if the ports do not suffice",
+        "drop --port-step if the ports do not suffice",
     );
     // clause: T27
     let exec = run(&["exec", "--robots", "2", "--", "true"]);
@@ -460,7 +460,7 @@ fn tables_that_do_not_go_together_are_refused_with_their_place() {
     let file = directory.file("cell.toml", two);
     refused_at_start(
         &["--ports", "auto", "--robots", "2", "--config", &file],
-        "cannot use --robots beside [[robot]]",
+        "cannot use --robots together with [[robot]]",
     );
 }
 

@@ -129,7 +129,7 @@ fn used_up_records_end_a_server_and_missing_ones_are_usage() {
     let output = run(&["run", &file, "--input", &records]);
     assert_eq!(output.status.code(), Some(0));
     assert!(
-        stderr(&output).contains("the records of IP1 are used up"),
+        stderr(&output).contains("all records of IP1 are used"),
         "{}",
         stderr(&output)
     );
@@ -178,7 +178,7 @@ fn alarms_endless_runs_and_dead_waits_are_exit_code_one() {
     let output = run(&["run", &file, "--max-time", "5"]);
     assert_eq!(output.status.code(), Some(1));
     assert!(
-        stderr(&output).contains("after 5.000 s: --max-time is over"),
+        stderr(&output).contains("after 5.000 s: stopped at line"),
         "{}",
         stderr(&output)
     );

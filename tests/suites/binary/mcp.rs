@@ -93,7 +93,7 @@ fn an_assistant_writes_checks_and_runs_a_program_and_learns_what_a_host_did_wron
     let (said, _) = assistant.tool("findings", &json!({}));
     assert!(said.contains("unknown-command"), "{said}");
     let (said, _) = assistant.tool("explain_finding", &json!({"rule": "unknown-command"}));
-    assert!(said.contains("Begin a message with two letters"), "{said}");
+    assert!(said.contains("Use a command of docs"), "{said}");
     assert!(assistant.tool("traffic", &json!({})).0.contains("qq"));
 
     let (said, is_error) = assistant.tool("panel", &json!({"control": "servo", "value": "closed"}));
@@ -185,7 +185,7 @@ fn a_program_starts_only_for_a_condition_that_there_is() {
     let tools = tools["result"]["tools"].as_array().unwrap();
     let tool = tools.iter().find(|tool| tool["name"] == "run_program").unwrap();
     let about = tool["inputSchema"]["properties"]["condition"]["description"].as_str();
-    let named = about.unwrap().strip_prefix("What to wait for: ").unwrap();
+    let named = about.unwrap().strip_prefix("Condition to wait for: ").unwrap();
     let named = named.split_once(" ...").unwrap().0;
     for condition in named.split(", ") {
         let arguments = json!({"condition": condition, "seconds": 0});

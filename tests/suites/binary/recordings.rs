@@ -33,7 +33,7 @@ fn a_transcript_into_a_pipe_without_a_reader_is_refused_and_holds_nothing_up() {
     let made = std::process::Command::new("mkfifo").arg(&pipe).status().unwrap();
     assert!(made.success());
     for (path, found) in [
-        (pipe.as_path(), "nobody reads this pipe; start its reader first"),
+        (pipe.as_path(), "this pipe has no reader; start its reader first"),
         (Path::new("/dev/null"), "expected a regular file, found a device"),
         (directory.path(), "expected a regular file, found a directory"),
     ] {
@@ -260,7 +260,7 @@ fn a_tap_without_a_file_writes_to_stdout_until_a_signal() {
         "{recorded}"
     );
     assert!(recorded.contains(" refused\n"), "{recorded}");
-    assert!(rest.contains("was not reached"), "{rest}");
+    assert!(rest.contains("cannot reach"), "{rest}");
 }
 
 #[test]

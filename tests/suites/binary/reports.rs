@@ -160,7 +160,7 @@ fn what_cannot_be_reported_is_said_before_the_run() {
         ),
         (
             ["--deny", "8-027"],
-            "alarms are not findings, and 8-014 replaces alarm 8-027",
+            "8-027 is now alarm 8-014, and alarms are not findings",
         ),
         (["--min-coverage", "101"], "expected 0 to 100, found `101`"),
     ] {

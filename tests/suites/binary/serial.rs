@@ -65,9 +65,8 @@ fn two_ways_to_one_port_are_an_error() {
     assert_eq!(refused.status.code(), Some(2));
     let printed = stderr(&refused);
     assert!(
-        printed.contains(
-            "HOST can be reached in one way only: choose --serial-host-rfc2217 or --serial-host-tcp"
-        ),
+        printed
+            .contains("HOST can have one transport only: choose --serial-host-rfc2217 or --serial-host-tcp"),
         "{printed}"
     );
     let refused = run(&["serve", "--serial-com1-rfc2217", "somewhere"]);

@@ -104,7 +104,7 @@ fn a_wait_does_not_move_time() {
         r#"{"condition":{"output":{"line":4,"on":true}},"within":1,"wall":0.1}"#,
     );
     assert!(
-        words.contains("has not ended within 0.1 s of wall-clock time"),
+        words.contains("was not met within 0.1 s of wall-clock time"),
         "{words}"
     );
     assert_eq!(robot.get("/clock")["now"], 0.0);

@@ -215,7 +215,7 @@ fn a_step_is_one_statement() {
     );
     robot.put("/feed-hold", r#"{"on":true}"#);
     let words = robot.refused(409, "POST", "/program/step", "");
-    assert_eq!(words, "cannot run a step: feed hold is on");
+    assert_eq!(words, "cannot run a step: feed hold is on; release it first");
 }
 
 #[test]
@@ -250,7 +250,10 @@ fn the_arm_is_jogged_in_teaching() {
     let robot = running(LOOP);
     let plus = r#"{"axis":1,"direction":"plus","coordinates":"joint","speed":"mid"}"#;
     let words = robot.refused(409, "POST", "/jog", plus);
-    assert_eq!(words, "cannot jog axis 1: the key switch is not in TEACHING");
+    assert_eq!(
+        words,
+        "cannot jog axis 1: the key switch is not in TEACHING; turn it first"
+    );
     robot.put("/key-switch", r#"{"position":"teaching"}"#);
     let before = first_joint(&robot);
     assert_eq!(robot.post("/jog", plus)["moving"], true);

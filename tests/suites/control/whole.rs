@@ -139,7 +139,7 @@ fn a_fault_is_armed_in_the_words_of_the_command_line() {
     ] {
         let words = robot.refused(409, "POST", "/faults", never);
         assert!(
-            words.contains("cannot arm flipped-bit: no occasion has command=SO"),
+            words.contains("cannot arm flipped-bit: no occasion matches command=SO"),
             "{words}"
         );
         assert!(words.contains("leave out command, or give way=out"), "{words}");

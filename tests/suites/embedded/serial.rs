@@ -98,7 +98,7 @@ fn what_a_killed_daemon_left_is_replaced_and_what_a_living_one_has_is_not() {
     std::fs::write(directory.at("com1"), "mine").unwrap();
     let error = robot_in(&directory).start().unwrap_err().to_string();
     assert!(
-        error.contains("COM1") && error.contains("no symbolic link"),
+        error.contains("COM1") && error.contains("not a symbolic link"),
         "{error}"
     );
     assert_eq!(std::fs::read(directory.at("com1")).unwrap(), b"mine");

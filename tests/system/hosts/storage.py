@@ -191,8 +191,8 @@ def refuse(binary):
         equal("with room again: /health", "ok", robot.drive()["status"])
         equal("the disk has it all", (new, None), (disk.content("A"), disk.content("B")))
         log = robot.log()
-        true("the log says it", "does not keep A" in log and "No space left on device" in log, log[-500:])
-        equal("a line for each cause, not for each change", 2, log.count("does not keep"))
+        true("the log says it", "cannot write A to the directory" in log and "No space left on device" in log, log[-500:])
+        equal("a line for each cause, not for each change", 2, log.count("to the directory of the RAM drive"))
         lasts(robot, disk, binary, "refuse")
     finally:
         robot.kill()

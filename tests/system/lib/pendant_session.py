@@ -240,7 +240,7 @@ class Session:
         self.advance_until(lambda: not self.robot.pose.moving, "the arm did not stop when Space was let go")
         old = self.robot.files["PART"]
         self.press(pendant.get_by_role("button", name="Teach P1"), "positions/P1/teach")
-        expect(pendant).to_contain_text("P1 is taught and in DATA of PART.")
+        expect(pendant).to_contain_text("P1 is taught and stored in DATA of PART.")
         said(self.robot.files["PART"] != old, "the file has not the point that was taught")
         self.robot.key_switch = "ext"
 
@@ -262,7 +262,7 @@ class Session:
         text.fill(good.replace("MOVES P1", "MOVES P9"))
         expect(program.get_by_role("list", name="Diagnostics")).to_contain_text("P9")
         text.fill(good.replace("DONE", "FINISHED"))
-        expect(program).to_contain_text("The check finds nothing.")
+        expect(program).to_contain_text("No errors, no warnings.")
         program.get_by_role("button", name="Download to the RAM drive").click()
         expect(program.get_by_role("region", name="Source")).to_contain_text("FINISHED")
         said("FINISHED" in self.robot.files["PART"], "the edited text is not on the drive")
@@ -313,7 +313,7 @@ class Session:
         said(abs(self.robot.state["t"] - before - 2.5) < 1e-6, "the clock was not advanced by 2.5 s")
         lab.get_by_role("button", name="Compare").click()
         expect(lab.get_by_role("region", name="Differences")).to_contain_text("now")
-        self.press(lab.get_by_role("button", name="Put back before"), "snapshots/before/restore")
+        self.press(lab.get_by_role("button", name="Restore before"), "snapshots/before/restore")
         said(self.robot.state["t"] == before, "the snapshot was not put back")
 
     def set_a_variable(self):
@@ -333,7 +333,7 @@ class Session:
 
     def inject(self):
         lab = self.view("Lab")
-        lab.get_by_label("Bytes, \\r and <1A> are codes").fill("<E9>\u00e94\\r")
+        lab.get_by_label("Bytes (escapes: \\r, <1A>)").fill("<E9>\u00e94\\r")
         self.press(lab.get_by_role("button", name="Inject"), "channels/IP1/inject")
         found = self.robot.channel_state("IP1")["buffer_hex"]
         said(found == "e9c3a9340d", "the bytes were injected as " + found)

@@ -230,7 +230,7 @@ def from_source(programs, folder, binary):
     said = run(*pip, code=1, PATH=os.pathsep.join([programs, "/usr/bin", "/bin"]))
     true("without cargo it says what it needs", "it needs cargo and a checkout of the project, or TS3100_BINARY" in said, said)
     said = run(*pip, code=1, TS3100_BINARY="/no/such")
-    true("a program that is not there", "TS3100_BINARY is /no/such, which is no file" in said, said)
+    true("a program that is not there", "TS3100_BINARY is /no/such, which is not a file" in said, said)
 
 
 def served(command, what, script, **variables):

@@ -19,7 +19,7 @@ def find_binary() -> str:
     if chosen:
         if os.path.isfile(chosen):
             return chosen
-        raise StartError(f"cannot find the program: TS3100_BINARY is {chosen}, which is no file")
+        raise StartError(f"cannot find the program: TS3100_BINARY is {chosen}, which is not a file")
     user = f"{os.name}_user"
     schemes = [sysconfig.get_path("scripts")]
     if user in sysconfig.get_scheme_names():
@@ -38,7 +38,7 @@ def find_binary() -> str:
 
 
 def main() -> None:
-    """`python -m ts3100 ...`: the program, in place of this process where the system can do that."""
+    """`python -m ts3100 ...`: the program; it replaces this process where the system can do that."""
     command = [find_binary(), *sys.argv[1:]]
     if os.name == "nt":
         import subprocess

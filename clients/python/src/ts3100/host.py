@@ -47,7 +47,7 @@ def _resolve(address: Address) -> Tuple[str, int]:
         return address
     host, _, port = address.rpartition(":")
     if not host or not port.isdigit():
-        raise ValueError(f"cannot connect to {address!r}: expected HOST:PORT, such as 192.168.0.124:1000")
+        raise ValueError(f"cannot connect to {address!r}: expected HOST:PORT, for example 192.168.0.124:1000")
     return host.strip("[]"), int(port)
 
 
@@ -197,7 +197,7 @@ class Operations:
     def _one_exchange(self) -> Iterator[None]:
         """Around an exchange: one at a time, and the end of the connection is one exception."""
         if not self._busy.acquire(blocking=False):
-            raise Error("another call of this host is still under way: a connection has one exchange at a time")
+            raise Error("another call of this host is still running; a connection has one exchange at a time: wait for its end")
         try:
             yield
         except Error:
@@ -290,7 +290,7 @@ class Host(Operations):
             self.protocol.discard()
 
     def wait_for_stop(self, timeout: Optional[float] = None) -> None:
-        """Waits for the SP that tells of a stop nobody asked for, such as the end of a cycle.
+        """Waits for the SP of a stop without a command, for example at the end of a cycle.
 
         The robot sends none on a connection that used an extension or texts without STX.
         """
@@ -370,7 +370,7 @@ class AsyncHost(Operations):
             self.protocol.discard()
 
     async def wait_for_stop(self, timeout: Optional[float] = None) -> None:
-        """Waits for the SP that tells of a stop nobody asked for, such as the end of a cycle.
+        """Waits for the SP of a stop without a command, for example at the end of a cycle.
 
         The robot sends none on a connection that used an extension or texts without STX.
         """

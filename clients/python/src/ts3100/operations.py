@@ -132,15 +132,15 @@ class Alarm:
     """An alarm, with its cause and its remedy."""
 
     number: str
-    """`level-code`."""
+    """Number, as `level-code`."""
     level: int
-    """8 the worst, 1 a warning."""
+    """Level: 8 the most severe, 1 a warning."""
     text: str
-    """What the operator reads."""
+    """Text that the operator reads."""
     cause: str
-    """What brought it about."""
+    """Cause of the alarm."""
     remedy: str
-    """What to do."""
+    """Remedy."""
     at: str
     """Date and time, `YYYY-MM-DD HH:MM:SS`."""
 
@@ -152,19 +152,19 @@ class Finding:
     rule: str
     """Name of the rule of a finding."""
     severity: str
-    """How much a finding matters; `note` if a fault has caused it."""
+    """Severity of a finding; `note` if a fault caused it."""
     message: str
-    """What happened."""
+    """Message."""
     remedy: str
-    """What to do about a finding."""
+    """Remedy of a finding."""
     t: float
     """Virtual time in seconds."""
     port: str = ""
-    """The port it concerns."""
+    """Port of the event."""
     text: str = ""
     """Bytes as text, control codes by name: `<STX>SO<CR><ETX>`. Of an alarm and the pendant the words themselves."""
     caused_by: str = ""
-    """The fault that has caused a finding, with its kind; absent if the host has."""
+    """Number and kind of the fault that caused a finding; absent if the host caused it."""
 
 
 @dataclass(frozen=True)
@@ -172,9 +172,9 @@ class Fault:
     """A fault and its outcome."""
 
     id: int
-    """Its number."""
+    """Number of the fault."""
     kind: str
-    """Its kind."""
+    """Kind of the fault."""
     spec: str
     """As text, like `--fault`."""
     armed: bool
@@ -182,9 +182,9 @@ class Fault:
     seen: int
     """Matches while it was armed."""
     fired: int
-    """How often it triggered."""
+    """Number of times it triggered."""
     at: Tuple[float, ...]
-    """When it triggered, in seconds of virtual time; the first hundred."""
+    """Times at which it triggered, in seconds of virtual time; the first hundred."""
 
 
 @dataclass(frozen=True)
@@ -204,9 +204,9 @@ class Reached:
     """The end of a wait."""
 
     now: float
-    """Virtual time then, in seconds."""
+    """Virtual time at the end of the wait, in seconds."""
     passed: float
-    """Virtual time that passed meanwhile, in seconds."""
+    """Virtual time that passed during the wait, in seconds."""
 
 
 @dataclass(frozen=True)
@@ -218,9 +218,9 @@ class Pose:
     world: Tuple[float, ...]
     """The tool point in world: X Y Z A B C U V, of a SCARA X Y Z C T; mm and degrees."""
     moving: bool
-    """A motion is under way or held."""
+    """Whether a motion is under way or held."""
     percent: float
-    """Percentage of it completed; 100 when none is under way."""
+    """Completed percentage of the motion; 100 without a motion."""
 
 
 ActiveAlarm = TypedDict("ActiveAlarm", {"at": str, "cause": str, "docs": str, "level": int, "number": str, "remedy": str,

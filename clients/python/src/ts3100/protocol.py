@@ -54,7 +54,7 @@ class Protocol:
         """Takes bytes that were received."""
         self._received += data
         if len(self._received) > LONGEST_RECEIVED:
-            raise ProtocolError(f"{len(self._received)} bytes were received and no text was expected, or none has ended")
+            raise ProtocolError(f"{len(self._received)} bytes were received without an expected text, or the text has no end")
 
     def frame(self, data: bytes) -> bytes:
         """The text around this data."""
@@ -175,7 +175,7 @@ class Protocol:
         yield self.frame(OK)
 
     def wait_for_stop(self) -> Exchange[None]:
-        """Waits for the SP that tells of a stop nobody asked for, such as the end of a cycle."""
+        """Waits for the SP of a stop without a command, for example at the end of a cycle."""
         while not self.stops:
             data = yield from self._any_text()
             if data != SP:
@@ -395,5 +395,5 @@ class Protocol:
         return self.command(f"JG,{axis} {direction}")
 
     def watchdog(self, milliseconds: int, level: int) -> Exchange[None]:
-        """WD: from now on the host must be heard this often; 0 ends it. The level of the alarm is 0, 1, 2 or 8 (extension)."""
+        """WD: from now on the host must send a text this often; 0 ends it. The level of the alarm is 0, 1, 2 or 8 (extension)."""
         return self.command(f"WD,{milliseconds} {level}")

@@ -81,7 +81,7 @@ class _Test:
         self._blamed = 0
         for marker in item.iter_markers("ts3100"):
             if marker.args:
-                raise pytest.UsageError("the marker ts3100 takes keywords only, such as select=\"PICK\"")
+                raise pytest.UsageError("the marker ts3100 takes keywords only, for example select=\"PICK\"")
             # The marker nearest to the test comes first and wins.
             self.wanted = {**marker.kwargs, **self.wanted}
         known = LIVE + OWN + PLUGIN

@@ -28,7 +28,7 @@ IO_BYTES = 80
 
 
 class ExecutionStatus(IntEnum):
-    """Whether a program runs, and how the next start goes on."""
+    """Whether a program runs, and how the next start continues."""
 
     STOP_RESET = 0
     RUNNING = 1

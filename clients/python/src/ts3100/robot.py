@@ -244,7 +244,7 @@ class Robot:
         parts = urlsplit(url)
         path = re.fullmatch(r"(?:/robots/([^/]+))?/?", parts.path)
         if parts.scheme != "http" or not parts.hostname or not path:
-            raise ValueError(f"cannot connect to {url!r}: expected the URL of a control interface, such as http://127.0.0.1:3100")
+            raise ValueError(f"cannot connect to {url!r}: expected the URL of a control interface, for example http://127.0.0.1:3100")
         self.url = url.rstrip("/")
         self._authority = (parts.hostname, parts.port or 80)
         self._headers = {"Authorization": f"Bearer {token}"} if token else {}
@@ -275,7 +275,7 @@ class Robot:
               servo_on: bool = False, model: Optional[str] = None, scenario: Union[str, os.PathLike[str], None] = None,
               faults: Sequence[str] = (), options: Optional[Mapping[str, object]] = None, flags: Sequence[str] = (),
               binary: Optional[str] = None, cwd: Union[str, os.PathLike[str], None] = None) -> Self:
-        """Starts an emulator on free ports; it ends with `close`, or with this process. On Windows it goes on if this is killed.
+        """Starts an emulator on free ports; it ends with `close`, or with this process. On Windows it continues if this process is killed.
 
         `faults` are as for `--fault`, `options` are named options (`--set`), `flags` any other flags of `ts3100 serve`. Paths
         are relative to `cwd`, default the present directory.
@@ -628,7 +628,7 @@ class Robot:
         self.taken.add(name)
 
     def restore_snapshot(self, name: str) -> None:
-        """Returns to a snapshot; hosts stay connected, findings and transcript go on."""
+        """Returns to a snapshot; hosts stay connected, findings and transcript continue."""
         self.call("restore_snapshot", {"name": name})
 
     def delete_snapshot(self, name: str) -> None:

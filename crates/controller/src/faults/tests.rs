@@ -154,7 +154,7 @@ fn what_is_no_fault_is_refused_with_what_was_expected_and_found() {
         ("flipped-bit:bit=8", "from 0 to 7"),
         ("alarm:number=9-999", "the number of an alarm of the controller"),
         ("wrong-reply:text=\"OK", "KIND:key=value"),
-        ("wrong-reply:text=<QQ>", "a text of at most 253 bytes"),
+        ("wrong-reply:text=<QQ>", "at most 253 bytes"),
         ("drive-full:command=UL", "expected DL or MW, found `UL`"),
         ("drive-full:block=2", "expected 0, the command itself, found `2`"),
         ("key-turned:to=off", "expected teaching or internal or ext"),

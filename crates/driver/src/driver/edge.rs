@@ -157,7 +157,7 @@ impl Effects for Edge {
                 inputs.extend(self.channels.close());
                 match self.channels.open(controller.network()) {
                     Ok(_) => info!("power back on: {}", self.channels.listing()),
-                    Err(reason) => error!("after the power cycle no port is open: {reason}"),
+                    Err(reason) => error!("cannot open the ports after the power cycle: {reason}"),
                 }
                 return inputs;
             }

@@ -89,7 +89,7 @@ pub(super) fn explain(error: Error, root: &Command, words: &[OsString]) -> Error
     Error::raw(ErrorKind::UnknownArgument, message).with_cmd(root)
 }
 
-/// What was probably meant by a word that stands in no list.
+/// Suggestion for an unknown word.
 fn hint(command: &str, found: &str) -> Option<String> {
     let is_number = found.starts_with(|first: char| first.is_ascii_digit());
     if command == "alarms" && is_number {

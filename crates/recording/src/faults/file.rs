@@ -17,7 +17,7 @@ pub enum FaultFileError {
     /// It cannot be read.
     #[error(transparent)]
     File(#[from] PathError),
-    /// It is no TOML, has something other than tables `[[fault]]`, or a table that is no fault.
+    /// The file is not TOML, has something other than tables `[[fault]]`, or a table that is not a fault.
     #[error("{}:{line}: {reason}", path.display())]
     Content {
         path: PathBuf,

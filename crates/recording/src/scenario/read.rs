@@ -65,7 +65,7 @@ impl Scenario {
     }
 }
 
-/// What TOML says, or that the file is a program.
+/// The error of the TOML parser, or that the file is a program.
 fn syntax_error(text: &str, error: toml::de::Error) -> TableError {
     let first = text.lines().map(str::trim).find(|line| !line.is_empty());
     let word = first

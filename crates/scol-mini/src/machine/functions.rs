@@ -207,8 +207,8 @@ pub(super) fn numeric(
     }
 }
 
-/// The sine of an angle in degrees and so many quarter turns, exact at quarter turns: SIN(180) and COS(270) are 0, so
-/// TAN(90) has no value. One quarter turn makes it the cosine.
+/// The sine of an angle in degrees plus a number of quarter turns, exact at quarter turns: SIN(180) and COS(270) are 0,
+/// so TAN(90) has no value. One quarter turn makes it the cosine.
 pub(super) fn sine(quarters: i32, degrees: f64) -> f64 {
     // A real has 24 significant bits: below the bound the rest of whole quarter turns is exact without this.
     let within = match libm::fabs(degrees) < 1e6 {

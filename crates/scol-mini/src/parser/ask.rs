@@ -107,7 +107,7 @@ impl Cursor<'_> {
         }
     }
 
-    /// The channel of PRINT or INPUT and its comma; `COM1` and its kin are reserved, so one word decides.
+    /// The channel of PRINT or INPUT and its comma; the names of channels are reserved, so one word decides.
     fn channel(&mut self) -> Result<Channel, Diagnostic> {
         let channel = match self.peek_word() {
             "TP" => Channel::Tp,
@@ -169,7 +169,7 @@ impl Cursor<'_> {
         Ok(Ask::Outputs(lines))
     }
 
-    /// `(a, b)` with exactly so many operands, the cursor after the word.
+    /// `(a, b)` with exactly `COUNT` operands, the cursor after the word.
     pub(super) fn operands<const COUNT: usize>(
         &mut self,
         word: &str,
