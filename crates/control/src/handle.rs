@@ -11,6 +11,7 @@ use std::time::Duration;
 use tokio::sync::{Semaphore, oneshot};
 use tokio::time::timeout;
 use ts3100_controller::{Action, By, PanelAction};
+use ts3100_driver::clock::TimeMode;
 use ts3100_driver::driver::request::{Paused, Reply, Request, Requests, View, WaitResult};
 use ts3100_driver::driver::wait::Wait;
 use ts3100_recording::reports::RunRecord;
@@ -124,14 +125,24 @@ impl Handle {
 
     /// Waits for a condition, for at most `wall` of wall-clock time.
     pub async fn wait(&self, wait: Wait, wall: Duration) -> Result<WaitResult, Problem> {
+        let awaited = wait.condition().map(|condition| format!(" for `{condition}`"));
         let waited = self.request(|sender| Request::Wait(wait, sender));
-        timeout(wall, waited).await.unwrap_or_else(|_| {
-            let limit = wall.as_secs_f64();
-            let expected = format!("the end of the wait within {limit} s of wall-clock time");
-            let status = StatusCode::REQUEST_TIMEOUT;
-            let told = format!("the condition was not met within {limit} s of wall-clock time; in stepped time another client has to advance it");
-            Err(Problem::expected_found(status, "wall", expected, "none").told(told))
-        })
+        if let Ok(ended) = timeout(wall, waited).await {
+            return ended;
+        }
+        let look = |view: &View<'_>| (view.time, view.controller.now().as_seconds());
+        let (mode, now) = self.query(look).await?;
+        let limit = wall.as_secs_f64();
+        let expected = format!("the end of the wait within {limit} s of wall-clock time");
+        let (awaited, status) = (awaited.unwrap_or_default(), StatusCode::REQUEST_TIMEOUT);
+        let hint = match mode {
+            TimeMode::Stepped => "; advance it, or wait with POST /clock/advance-until",
+            TimeMode::Real | TimeMode::Scaled(_) | TimeMode::Auto => "",
+        };
+        let told = format!(
+            "the wait{awaited} has not ended within {limit} s of wall-clock time: the clock is {mode} and shows {now} s{hint}"
+        );
+        Err(Problem::expected_found(status, "wall", expected, "none").told(told))
     }
 }
 

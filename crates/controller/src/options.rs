@@ -177,6 +177,7 @@ pub enum WhileSending {
 macro_rules! define {
     (
         text {$(
+            $(#[$text_doc:meta])*
             $text_key:literal $text_field:ident: $text_type:ty, $text_kind:ident $text_values:tt,
             field $text_preset:expr, manual $text_manual:expr;
         )*}

@@ -102,10 +102,17 @@ pub fn options() -> String {
         (_, value) => code(value),
     };
     table(
-        ["Option", "Values", "Default in `field`", "Default in `manual`"],
+        [
+            "Option",
+            "What it decides",
+            "Values",
+            "Default in `field`",
+            "Default in `manual`",
+        ],
         OPTIONS.iter().map(|row| {
             [
                 format!("[`{0}`](#{0})", row.key),
+                row.about().to_owned(),
                 row.values().to_string(),
                 default(row.key, &row.default_in(Dialect::Field)),
                 default(row.key, &row.default_in(Dialect::Manual)),

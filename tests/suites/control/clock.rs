@@ -103,9 +103,10 @@ fn a_wait_does_not_move_time() {
         "/wait",
         r#"{"condition":{"output":{"line":4,"on":true}},"within":1,"wall":0.1}"#,
     );
-    assert!(
-        words.contains("was not met within 0.1 s of wall-clock time"),
-        "{words}"
+    assert_eq!(
+        words,
+        "the wait for `output 4 on` has not ended within 0.1 s of wall-clock time: the clock is stepped and shows 0 s; \
+         advance it, or wait with POST /clock/advance-until"
     );
     assert_eq!(robot.get("/clock")["now"], 0.0);
     std::thread::scope(|scope| {

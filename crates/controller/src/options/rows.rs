@@ -1,7 +1,7 @@
 //! The options of the controller as a table: one row each.
 //!
 //! [`for_each_option`](crate::for_each_option) hands the rows to a macro. [`super`] makes the struct and the presets of the
-//! dialects of them; who reads options by their key makes its table. A row has the reading, the key, the field and its type,
+//! dialects of them; who reads options by their key makes its table. A row has what the option decides, the key, the field and its type,
 //! how its values are read, and the value in each dialect.
 
 /// Hands the rows to a macro: those of [`TextOptions`](ts3100_proto::text::TextOptions), which are the field `text` of
@@ -11,113 +11,114 @@ macro_rules! for_each_option {
     ($each:ident) => {
         $each! {
             text {
+                /// Whether a checksum follows ETX, in both directions.
                 "text.checksum" checksum: Checksum, Words { Checksum: None "none", Sum "sum" },
                     field Checksum::None, manual Checksum::None;
+                /// What ends a text without STX.
                 "text.end" end: EndRule, Words { EndRule: Etx "etx", Cr "cr", Detect "detect" },
                     field EndRule::Detect, manual EndRule::Etx;
+                /// How a text without STX is treated.
                 "text.stx" stx: StxRule, Words { StxRule: Detect "detect", Required "required" },
                     field StxRule::Detect, manual StxRule::Required;
             }
             own {
-                /// `text.require_cr`: a command without CR before ETX gets NG (FRM-10); otherwise it is served, with a finding.
+                /// Whether a command without CR before ETX gets NG.
                 "text.require_cr" require_cr: bool, Field (),
                     field false, manual true;
-                /// `sf.split`.
+                /// In how many texts a six-axis arm sends SF.
                 "sf.split" sf_texts: SfTexts, Words { SfTexts: One "one", Several "several" },
                     field SfTexts::One, manual SfTexts::Several;
-                /// `su.layout`.
+                /// The form of SU.
                 "su.layout" su_layout: SuLayout, Words { SuLayout: OneRecord "one-record", SixRecords "six-records" },
                     field SuLayout::OneRecord, manual SuLayout::SixRecords;
-                /// `vr.layout`.
+                /// The form of VR.
                 "vr.layout" vr_layout: VrLayout, Words { VrLayout: Blanks "blanks", Packed "packed" },
                     field VrLayout::Blanks, manual VrLayout::Packed;
-                /// `channel.no_peer`.
+                /// What PRINT and INPUT do on IP1 and IP2 while nobody is connected.
                 "channel.no_peer" no_peer: NoPeer, Words { NoPeer: Alarm "alarm", Silent "silent" },
                     field NoPeer::Alarm, manual NoPeer::Silent;
-                /// `input.malformed`; none: as the arm has it, see [`Options::malformed`].
+                /// What INPUT does with something that is not a number; by default as the arm has it.
                 "input.malformed" malformed: Option<Malformed>, Words { Malformed: Alarm "alarm", LeadingNumber "leading-number" },
                     field Some(Malformed::Alarm), manual None;
-                /// `wait.after_stop`.
+                /// Where a program continues that SP stopped inside a WAIT.
                 "wait.after_stop" wait_after_stop: WaitAfterStop, Words { WaitAfterStop: Next "next", Again "again" },
                     field WaitAfterStop::Next, manual WaitAfterStop::Next;
-                /// `sig.strobe`.
+                /// Whether the command inputs need STROBE.
                 "sig.strobe" strobe: Strobe, Words { Strobe: Free "free", Required "required" },
                     field Strobe::Free, manual Strobe::Free;
-                /// `sig.low_speed` in percent.
+                /// The speed limit while input LOW_SPD is on.
                 "sig.low_speed" low_speed: u8, Whole ("percent", 1, 100),
                     field limits::LOW_SPEED, manual limits::LOW_SPEED;
-                /// `parameter.line_end`: of the factory parameter files.
+                /// The line end of the factory parameter files.
                 "parameter.line_end" line_end: LineEnd, Words { LineEnd: Lf "lf", Cr "cr" },
                     field LineEnd::Lf, manual LineEnd::Cr;
-                /// `drive.open_mode`: \[E00\] of a fresh drive.
+                /// `[E00]` of a fresh ETHERNET.PAR: one digit for each of IP0 to IP3.
                 "drive.open_mode" open_mode: [OpenMode; 4], Field (),
                     field [OpenMode::Server; 4], manual [OpenMode::Server, OpenMode::NotUsed, OpenMode::NotUsed, OpenMode::NotUsed];
-                /// `extensions`: the commands real hosts send beyond the manual are served.
+                /// Whether a six-axis arm serves the commands of the SCARA edition.
                 "extensions" extensions: bool, Field (),
                     field true, manual false;
-                /// `sp.unsolicited`.
+                /// Which hosts receive the unsolicited SP.
                 "sp.unsolicited" unsolicited_sp: UnsolicitedSp, Words { UnsolicitedSp: Auto "auto", Always "true", Never "false" },
                     field UnsolicitedSp::Auto, manual UnsolicitedSp::Always;
-                /// `strict_50ms`: a text within 50 ms of the controller's last text is ignored.
+                /// Whether a text that comes within 50 ms after a text of the controller is ignored.
                 "strict_50ms" strict_50ms: bool, Field (),
                     field false, manual false;
-                /// `do.min_run`.
+                /// How long SF shows a DO as running at least.
                 "do.min_run" do_min_run: Duration, Period ("0s", "200ms"),
                     field limits::DO_MIN_RUN, manual limits::DO_MIN_RUN;
-                /// `drive.capacity` in bytes.
+                /// The size of the RAM drive for user files, in bytes.
                 "drive.capacity" drive_capacity: usize, Whole ("bytes", 0, MAX_CAPACITY),
                     field limits::DRIVE_CAPACITY, manual limits::DRIVE_CAPACITY;
-                /// `scol.int_division`.
+                /// What `/` gives for two integers.
                 "scol.int_division" int_division: IntDivision, Words { IntDivision: Truncate "truncate", Real "real" },
                     field IntDivision::Truncate, manual IntDivision::Truncate;
-                /// `dl.command_ends`: a later text of a download that is a command and nothing else ends the download
-                /// (TRN-09); otherwise it is a part of the file (FL-03).
+                /// Whether a later text of a download that is a command and nothing else ends the download.
                 "dl.command_ends" command_ends_download: bool, Field (),
                     field true, manual true;
-                /// `serial.pacing`: characters on HOST and COM1 take the time \[U06\] gives them.
+                /// Whether characters on HOST and COM1 take the time that `[U06]` gives them.
                 "serial.pacing" serial_pacing: bool, Field (),
                     field true, manual true;
-                /// `serial.bad_character`.
+                /// What happens to a character with a parity or framing error.
                 "serial.bad_character" bad_character: BadCharacter, Words { BadCharacter: Drop "drop", Keep "keep" },
                     field BadCharacter::Drop, manual BadCharacter::Drop;
-                /// `serial.while_sending`.
+                /// What happens to bytes that arrive on HOST while the robot sends.
                 "serial.while_sending" while_sending: WhileSending, Words { WhileSending: Lost "lost", Kept "kept" },
                     field WhileSending::Lost, manual WhileSending::Lost;
-                /// `reply.delay`: how long the answers to commands take, as least, quartiles and greatest of many; 0: at once.
+                /// How long the replies to commands take: least, quartiles and greatest of many.
                 "reply.delay" reply_delay: [Duration; 5], Field (),
                     field [Duration::ZERO; 5], manual [Duration::ZERO; 5];
-                /// `servo.interval`: every third servo-on comes only this much later (S41); zero: none does.
+                /// How much later every third servo-on takes effect.
                 "servo.interval" servo_interval: Duration, Period ("0s", "7s"),
                     field Duration::ZERO, manual Duration::ZERO;
-                /// `scol.sticky_work`.
+                /// Whether a WORK line of the DATA block holds for all points after it, or for the next.
                 "scol.sticky_work" sticky_work: bool, Field (),
                     field false, manual false;
-                /// `scol.data_copy`: a program that assigns to a name of DATA has a copy of its own.
+                /// Whether a program that assigns to a name of DATA has a copy of its own.
                 "scol.data_copy" data_copy: bool, Field (),
                     field false, manual false;
-                /// `alarm.out_of_reach`.
+                /// The alarm of a motion whose target or way the arm cannot reach.
                 "alarm.out_of_reach" out_of_reach: OutOfReach, Words { OutOfReach: Level8 "8-035", Level4 "4-101" },
                     field OutOfReach::Level8, manual OutOfReach::Level8;
-                /// `scol.din_unknown`.
+                /// What DIN does with a number that no input has.
                 "scol.din_unknown" din_unknown: UnknownInput, Words { UnknownInput: Alarm "alarm", Zero "zero" },
                     field UnknownInput::Alarm, manual UnknownInput::Alarm;
-                /// `scol.equal_within`: comparisons count reals that differ by so much or less as equal; none: as the arm has it,
-                /// [`limits::SCARA_EQUAL_WITHIN`] on a SCARA and 0 on six axes.
+                /// How much two reals may differ that a comparison takes for equal; by default as the arm has it.
                 "scol.equal_within" equal_within: Option<f32>, Real (0.0, 1_000.0),
                     field None, manual None;
-                /// `ac.date`: how AC writes the year (T9).
+                /// How AC writes the year.
                 "ac.date" ac_date: YearDigits, Words { YearDigits: Four "yyyy", Two "yy" },
                     field YearDigits::Four, manual YearDigits::Two;
-                /// `rs.cycle_without_label`.
+                /// What RS,CYC does when no file is selected, or when the program has no label RCYCLE.
                 "rs.cycle_without_label" cycle_without_label: CycleWithoutLabel, Words { CycleWithoutLabel: AsStep "as-step", Ng "ng" },
                     field CycleWithoutLabel::AsStep, manual CycleWithoutLabel::Ng;
-                /// `scol.reset_locals`: after RS,STP and RS,CYC the variables of the programs have no value (T10).
+                /// Whether RS,STP and RS,CYC reset the variables of the programs.
                 "scol.reset_locals" reset_locals: bool, Field (),
                     field false, manual false;
-                /// `channel.reconnect`.
+                /// What happens to an INPUT that waits on IP1 or IP2 when another peer connects.
                 "channel.reconnect" reconnect: Reconnect, Words { Reconnect: Keep "keep", Release "release" },
                     field Reconnect::Keep, manual Reconnect::Keep;
-                /// `io.field_bus`.
+                /// Whether the controller has a field bus, with lines 301-364 and 401-464.
                 "io.field_bus" field_bus: FieldBus, Words { FieldBus: Absent "absent", Present "present" },
                     field FieldBus::Absent, manual FieldBus::Absent;
             }

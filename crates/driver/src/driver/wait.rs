@@ -30,6 +30,11 @@ impl Wait {
         }
     }
 
+    /// The condition, if it waits for one.
+    pub fn condition(&self) -> Option<&Condition> {
+        self.watch.as_ref().map(ConditionWatch::condition)
+    }
+
     /// Takes an input of the controller into account.
     pub fn observe_input(&mut self, input: &Input) {
         self.occurred |= self.watch.as_mut().is_some_and(|watch| watch.input(input));

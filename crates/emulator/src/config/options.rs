@@ -116,10 +116,16 @@ impl fmt::Display for Values {
 pub struct OptionRow {
     /// Name in `--set` and in the table `[options]`.
     pub key: &'static str,
+    about: &'static str,
     setting: &'static dyn Setting,
 }
 
 impl OptionRow {
+    /// What it decides, in one sentence.
+    pub fn about(&self) -> &'static str {
+        self.about.trim()
+    }
+
     /// The values it accepts.
     pub fn values(&self) -> Values {
         self.setting.values()

@@ -207,7 +207,11 @@ fn options_schema() -> Value {
     for row in OPTIONS.iter() {
         let (values, default) = (row.values(), row.default_in(Dialect::Field));
         let default = Some(default.as_str()).filter(|default| !default.is_empty());
-        let schema = described(option_schema(&values), &values.to_string(), default);
+        let schema = described(
+            option_schema(&values),
+            &format!("{} {values}", row.about()),
+            default,
+        );
         let Some((group, key)) = row.key.split_once('.') else {
             top.insert(row.key.to_owned(), schema);
             continue;

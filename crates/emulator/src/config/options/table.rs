@@ -22,8 +22,8 @@ use ts3100_proto::text::{Checksum, EndRule, StxRule};
 /// Largest RAM drive in bytes: the largest number of files, each of the largest size.
 const MAX_CAPACITY: usize = limits::MAX_FILES * limits::MAX_FILE;
 
-const fn row(key: &'static str, setting: &'static dyn Setting) -> OptionRow {
-    OptionRow { key, setting }
+const fn row(key: &'static str, about: &'static str, setting: &'static dyn Setting) -> OptionRow {
+    OptionRow { key, about, setting }
 }
 
 /// The field at a place, with the values of its row.
@@ -76,11 +76,12 @@ macro_rules! words {
 macro_rules! rows {
     (
         text {$(
+            #[doc = $text_doc:literal]
             $text_key:literal $text_field:ident: $text_type:ty, $text_kind:ident $text_values:tt,
             field $text_preset:expr, manual $text_manual:expr;
         )*}
         own {$(
-            $(#[$doc:meta])*
+            #[doc = $doc:literal]
             $key:literal $field:ident: $type:ty, $kind:ident $values:tt,
             field $preset:expr, manual $manual:expr;
         )*}
@@ -89,8 +90,8 @@ macro_rules! rows {
         $(words! { $kind $values })*
 
         static OF_CONTROLLER: &[OptionRow] = &[
-            $(row($text_key, setting!($text_kind $text_values, |options, _| &mut options.text.$text_field)),)*
-            $(row($key, setting!($kind $values, |options, _| &mut options.$field)),)*
+            $(row($text_key, $text_doc, setting!($text_kind $text_values, |options, _| &mut options.text.$text_field)),)*
+            $(row($key, $doc, setting!($kind $values, |options, _| &mut options.$field)),)*
         ];
     };
 }
@@ -102,11 +103,27 @@ words! { Words { WhenFull: Refuse "refuse", Memory "memory" } }
 
 static OF_LINKS: &[OptionRow] = &[
     // An answer on the loopback takes about as long.
-    row("auto.silence", &Period("0.05ms", "1ms", |_, l| &mut l.silence)),
+    row(
+        "auto.silence",
+        "How long every host must be silent before `--time auto` jumps.",
+        &Period("0.05ms", "1ms", |_, l| &mut l.silence),
+    ),
     // So that dialling does not use up the CPU.
-    row("channel.redial", &Period("10ms", "2s", |_, l| &mut l.redial)),
-    row("channel.second", &Field(|_, l| &mut l.second)),
-    row("drive.when_full", &Field(|_, l| &mut l.when_full)),
+    row(
+        "channel.redial",
+        "How long a client channel waits after a failed or lost connection before it connects again.",
+        &Period("10ms", "2s", |_, l| &mut l.redial),
+    ),
+    row(
+        "channel.second",
+        "What happens to a second connection to a channel that has one.",
+        &Field(|_, l| &mut l.second),
+    ),
+    row(
+        "drive.when_full",
+        "What happens to a change that the directory of `--drive` does not take.",
+        &Field(|_, l| &mut l.when_full),
+    ),
 ];
 
 /// Every option, in alphabetical order.
