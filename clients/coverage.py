@@ -20,7 +20,7 @@ PAGE = os.path.join(ROOT, "docs", "reference", "clients.md")
 DATA = "data of a page of the browser"
 GENERIC = {
     "get_alarm_table": "a table of the documentation", "get_alarm_row": "a table of the documentation",
-    "get_fault_kinds": "a table of the documentation", "get_arm": DATA, "get_channels": "`state` has them", "check_program": DATA,
+    "get_fault_kinds": "a table of the documentation", "get_arm": DATA, "get_channels": "part of `state`", "check_program": DATA,
     "get_coverage": DATA, "decode_text": DATA, "get_events": "a stream; with `count` it ends", "get_fault": "`faults` has it",
     "get_health": "for monitoring", "get_metrics": "for monitoring", "get_lines": DATA, "get_parameters": DATA, "get_power": "`state` has it",
     "get_robot": "`address` has its ports", "get_scenario": DATA, "get_snapshot": "a file", "load_snapshot": "a file",

@@ -204,7 +204,9 @@ fn the_exit_code_says_how_it_ended() {
     let ended = ctl(&serve, &never);
     assert_eq!(ended.status.code(), Some(4));
     assert!(
-        stderr(&ended).contains("was not met within 0.1 s"),
+        stderr(&ended).contains(
+            "the wait for `output 3 on` has not ended within 0.1 s of wall-clock time: the clock is stepped"
+        ),
         "{}",
         stderr(&ended)
     );
