@@ -42,9 +42,9 @@ pub(crate) enum Refusal {
         port: Port,
         mode: MasterMode,
     },
-    #[error("FL came, but no DL is open; send DL first")]
+    #[error("FL without an open download; send DL first")]
     NoDownload,
-    #[error("an answer is not a command")]
+    #[error("OK and NG are answers, not commands")]
     Answer,
 
     // The robot's state.
@@ -64,7 +64,7 @@ pub(crate) enum Refusal {
     Running,
     #[error("a program is running; stop it first")]
     ProgramRuns,
-    #[error("another DO statement is under way")]
+    #[error("another DO statement is still running")]
     DirectRuns,
     /// The statement of DO, as a diagnostic shows it.
     #[error("{0}")]
@@ -82,11 +82,11 @@ pub(crate) enum Refusal {
     // Files.
     #[error("file {0} is not on the RAM drive")]
     NoFile(String),
-    #[error("file {0} is being downloaded on another port; wait for its end")]
+    #[error("file {0} is being downloaded on another port; wait until that ends")]
     Downloading(String),
     #[error("a parameter file cannot be erased; download another one to replace it")]
     Permanent,
-    #[error("the selected file cannot be erased; RS,SEL ends the selection")]
+    #[error("the selected file cannot be erased; deselect it with RS,SEL first")]
     Selected,
     #[error("the robot was started during the download")]
     Started,
@@ -131,7 +131,7 @@ pub(crate) enum OperateError {
     NoFile,
     #[error("the program has no label RCYCLE")]
     NoRcycle,
-    #[error("servo power is on already (SV_RDY)")]
+    #[error("servo power is already on (SV_RDY)")]
     ServoOn,
     #[error("a reset is accepted only while the program is stopped")]
     NotStopped,
@@ -139,7 +139,7 @@ pub(crate) enum OperateError {
     ProgramRuns,
     #[error("the operation mode can be set only while the robot is stopped; send SP first")]
     Running,
-    #[error("only the first of several inputs at one moment is processed")]
+    #[error("several inputs changed at the same moment, and only the first is processed")]
     NotFirst,
     #[error("the key switch is not in TEACHING; turn it first")]
     NotTeaching,
