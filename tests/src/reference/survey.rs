@@ -46,5 +46,5 @@ pub(super) fn reasons() -> String {
     let rows = REASONS
         .iter()
         .map(|(word, reason)| [code(word), (*reason).to_owned()]);
-    table(["Survey", "Why nobody asks"], rows)
+    table(["Survey", "Why there is no question"], rows)
 }

@@ -156,7 +156,7 @@ pub static CAUSES: &[CauseRow] = &[
             &rules::REFUSED_BY_STATE,
             &rules::REPEATED_REFUSAL,
         ],
-        reason: "The robot has obeyed without the host being told, and refuses the same command the second time.",
+        reason: "The robot has obeyed, but the host does not know it; the robot refuses the same command the second time.",
     },
     CauseRow {
         kinds: &["wrong-reply", "flipped-bit"],

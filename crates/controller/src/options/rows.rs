@@ -37,10 +37,10 @@ macro_rules! for_each_option {
                 /// What PRINT and INPUT do on IP1 and IP2 while nobody is connected.
                 "channel.no_peer" no_peer: NoPeer, Words { NoPeer: Alarm "alarm", Silent "silent" },
                     field NoPeer::Alarm, manual NoPeer::Silent;
-                /// What INPUT does with something that is not a number; by default as the arm has it.
+                /// What INPUT does with something that is not a number; the default depends on the arm.
                 "input.malformed" malformed: Option<Malformed>, Words { Malformed: Alarm "alarm", LeadingNumber "leading-number" },
                     field Some(Malformed::Alarm), manual None;
-                /// Where a program continues that SP stopped inside a WAIT.
+                /// Where a program continues after SP has stopped it inside a WAIT.
                 "wait.after_stop" wait_after_stop: WaitAfterStop, Words { WaitAfterStop: Next "next", Again "again" },
                     field WaitAfterStop::Next, manual WaitAfterStop::Next;
                 /// Whether the command inputs need STROBE.
@@ -73,7 +73,7 @@ macro_rules! for_each_option {
                 /// What `/` gives for two integers.
                 "scol.int_division" int_division: IntDivision, Words { IntDivision: Truncate "truncate", Real "real" },
                     field IntDivision::Truncate, manual IntDivision::Truncate;
-                /// Whether a later text of a download that is a command and nothing else ends the download.
+                /// Whether a command ends a download if it comes alone in a text after the first.
                 "dl.command_ends" command_ends_download: bool, Field (),
                     field true, manual true;
                 /// Whether characters on HOST and COM1 take the time that `[U06]` gives them.
@@ -85,25 +85,25 @@ macro_rules! for_each_option {
                 /// What happens to bytes that arrive on HOST while the robot sends.
                 "serial.while_sending" while_sending: WhileSending, Words { WhileSending: Lost "lost", Kept "kept" },
                     field WhileSending::Lost, manual WhileSending::Lost;
-                /// How long the replies to commands take: least, quartiles and greatest of many.
+                /// How long replies to commands take: minimum, quartiles and maximum of many measurements.
                 "reply.delay" reply_delay: [Duration; 5], Field (),
                     field [Duration::ZERO; 5], manual [Duration::ZERO; 5];
-                /// How much later every third servo-on takes effect.
+                /// By how much every third servo-on is delayed.
                 "servo.interval" servo_interval: Duration, Period ("0s", "7s"),
                     field Duration::ZERO, manual Duration::ZERO;
                 /// Whether a WORK line of the DATA block holds for all points after it, or for the next.
                 "scol.sticky_work" sticky_work: bool, Field (),
                     field false, manual false;
-                /// Whether a program that assigns to a name of DATA has a copy of its own.
+                /// Whether a program that assigns to a name of DATA gets its own copy.
                 "scol.data_copy" data_copy: bool, Field (),
                     field false, manual false;
-                /// The alarm of a motion whose target or way the arm cannot reach.
+                /// The alarm that is raised when the arm cannot reach the target or the path of a motion.
                 "alarm.out_of_reach" out_of_reach: OutOfReach, Words { OutOfReach: Level8 "8-035", Level4 "4-101" },
                     field OutOfReach::Level8, manual OutOfReach::Level8;
-                /// What DIN does with a number that no input has.
+                /// What DIN does with the number of an input that does not exist.
                 "scol.din_unknown" din_unknown: UnknownInput, Words { UnknownInput: Alarm "alarm", Zero "zero" },
                     field UnknownInput::Alarm, manual UnknownInput::Alarm;
-                /// How much two reals may differ that a comparison takes for equal; by default as the arm has it.
+                /// The largest difference at which a comparison treats two reals as equal; the default depends on the arm.
                 "scol.equal_within" equal_within: Option<f32>, Real (0.0, 1_000.0),
                     field None, manual None;
                 /// How AC writes the year.

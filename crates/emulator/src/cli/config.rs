@@ -15,7 +15,7 @@ pub(super) struct ConfigArgs {
 enum ConfigCommand {
     /// Print a JSON schema, for editors
     Schema {
-        /// Of which file
+        /// Schema to print
         #[arg(value_enum, default_value_t = SchemaOf::Configuration, value_name = "FILE")]
         of: SchemaOf,
     },

@@ -85,7 +85,7 @@ impl Subcommand for SwitchCommand {
                     .value_parser(move |word: &str| number_in(range, word).map(|number| number.to_string())),
             };
             let described = Command::new(switch.name())
-                .about(format!("{}, or show it without a value", summary(switch.doc)))
+                .about(format!("{}; without a value, show it", summary(switch.doc)))
                 .long_about(format!(
                     "{}\n\nWithout a value, the command shows it.",
                     help(switch.doc)

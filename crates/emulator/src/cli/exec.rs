@@ -31,11 +31,12 @@ use ts3100_driver::driver::self_check::connectable;
 ///
 /// The command starts when the emulator answers. It finds the emulator through its environment: TS3100_IP0 to TS3100_IP3
 /// (ADDRESS:PORT), TS3100_HOST, TS3100_IP0_PORT to TS3100_IP3_PORT, and TS3100_CONTROL_URL. Signals are passed on. Every
-/// flag of `serve` is accepted; the ports are free ones unless you give --ports or --port-offset, and the log shows
+/// flag of `serve` is accepted; the robot takes free ports unless you give --ports or --port-offset, and the log shows
 /// warnings only.
 ///
 /// Exit codes: that of the command, or 128 + N when signal N ended it; plus 64 if the scenario failed, a finding was
-/// denied or the coverage is too low; 2 for several robots, which exec does not run; 125 the emulator cannot start; 126 or 127 the command cannot.
+/// denied or the coverage is too low; 2 for several robots, which exec does not run; 125 the emulator cannot
+/// start; 126 or 127 the command cannot be executed.
 #[derive(Debug, Clone, Args)]
 pub(super) struct ExecArgs {
     #[command(flatten)]

@@ -38,10 +38,10 @@ const INVALID_PARAMS: i64 = -32_602;
 /// Let an AI assistant operate a running emulator (Model Context Protocol over stdin and stdout).
 ///
 /// Configure your assistant to start `ts3100 mcp`. It can check, load and run programs, read state, alarms, positions and
-/// variables, operate the panel and the inputs, and explain what a host did wrong. It calls the control interface of an
-/// emulator that runs, found as by `ctl`.
+/// variables, operate the panel and the inputs, and explain what a host did wrong. It calls the control interface of a
+/// running emulator, which it finds as `ctl` does.
 ///
-/// Exit codes: 0 the assistant has gone; 2 wrong usage.
+/// Exit codes: 0 the assistant disconnected; 2 wrong usage.
 #[derive(Debug, Args)]
 pub(super) struct McpArgs {
     #[command(flatten)]

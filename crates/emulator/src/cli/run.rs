@@ -31,7 +31,7 @@ const MAX_TIME: &str = "3155760000s";
 /// The channels a program can INPUT from.
 const CHANNELS: [&str; 4] = ["TP", "COM1", "IP1", "IP2"];
 
-/// Run a SCOL program without host and sockets.
+/// Run a SCOL program without a host or sockets.
 ///
 /// PRINT writes to stdout, INPUT reads records from files. Cycle time, position and outputs are printed to stderr at the
 /// end.

@@ -46,8 +46,8 @@ const MADE_BY: &str = concat!("ts3100 ", env!("CARGO_PKG_VERSION"));
 ///
 /// Asks a real controller, or any other, and writes what it answers into a file: `ts3100 serve --like FILE` then behaves like
 /// that controller. By default only commands are sent that change nothing (`look`). One connection, at most 20 requests a
-/// second, with the pauses that the manual asks for. It stops at the first unexpected reply and puts back what it changed.
-/// Nothing is sent anywhere else. Ctrl-C ends it: it restores what it changed, and writes the answers so far.
+/// second, with the pauses that the manual asks for. It stops at the first unexpected reply and restores what it changed.
+/// It sends data to the controller only. Ctrl-C ends it: it restores what it changed, and writes the answers so far.
 ///
 /// Exit codes: 0 done; 1 stopped at an unexpected reply or by Ctrl-C, or the files differ; 2 wrong usage or a file that cannot be read; 3 no reply.
 #[derive(Debug, Args)]
@@ -80,7 +80,7 @@ enum SurveyCommand {
         /// The other one
         second: PathBuf,
     },
-    /// Find what a recording of a host at work decides
+    /// Find the answers that a recording of a host at work contains
     Infer {
         /// Recording of `tap` or `serve --transcript`, .txt or .jsonl
         recording: PathBuf,
@@ -96,7 +96,7 @@ struct TargetArgs {
     /// The controller: NAME or NAME:PORT, where PORT is that of IP0 [default port: 1000]; IP1 is the next one
     #[arg(value_name = "ADDRESS", required_unless_present = "serial")]
     address: Option<String>,
-    /// Port of IP1, if it is not the next one after that of IP0
+    /// Port of IP1, if it is not the port after IP0's
     #[arg(long, value_name = "PORT")]
     ip1: Option<u16>,
     /// Ask at HOST instead, over this serial port of the computer, for example /dev/ttyUSB0 or COM3
@@ -120,7 +120,7 @@ struct TargetArgs {
 
 /// Check another controller or emulator for the behaviour of this one.
 ///
-/// Asks the questions of `survey`. A question passes if the answer is a reading of the manual that is known; with --strict only
+/// Asks the questions of `survey`. A question passes if the answer is a known reading of the manual; with --strict only
 /// if it is the one that this emulator has by default.
 ///
 /// Exit codes: 0 all passed; 1 one failed, or stopped by Ctrl-C; 2 wrong usage; 3 no reply.
@@ -129,7 +129,7 @@ struct TargetArgs {
 pub(super) struct ConformArgs {
     #[command(flatten)]
     target: TargetArgs,
-    /// Fail also if the controller behaves in another known way
+    /// Also fail if the controller behaves in another known way
     #[arg(long)]
     strict: bool,
     /// Write the result as JUnit XML
@@ -140,7 +140,7 @@ pub(super) struct ConformArgs {
 /// Show how many behaviours are confirmed, observed or assumed.
 #[derive(Debug, Args)]
 pub(super) struct FidelityArgs {
-    /// List the rows: id, evidence, its question or the reason for which there is none, and the behaviour of the
+    /// List the rows: id, evidence, survey question or why there is none, and behaviour of the
     /// emulator
     #[arg(long)]
     list: bool,

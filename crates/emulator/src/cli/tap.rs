@@ -34,7 +34,7 @@ pub(super) struct TapArgs {
     /// Write the recording: .txt, .jsonl, or .pcapng for Wireshark (repeatable) [default: text on stdout]
     #[arg(long, value_name = "FILE", action = clap::ArgAction::Append)]
     transcript: Vec<TranscriptFile>,
-    /// Listen on this address, or on that of a name of this computer, for example localhost
+    /// Listen on this address or host name of this computer, for example localhost
     #[arg(long, value_name = "ADDR", default_value_t = IpAddr::V4(Ipv4Addr::LOCALHOST), value_parser = args::listen_address)]
     listen: IpAddr,
     /// Add N to 1000-1003 for the ports of the tap
@@ -43,7 +43,7 @@ pub(super) struct TapArgs {
     /// Ports of the tap: 1000-1003 plus the offset, or free ones chosen by the system
     #[arg(long, value_name = "WORD", default_value = "parameter")]
     ports: PortSource,
-    /// Channels to record; ip1=2001 if the controller has that one at another port
+    /// Channels to record; ip1=2001 if the controller uses another port for IP1
     #[arg(
         long,
         value_name = "CHANNEL[=PORT]",

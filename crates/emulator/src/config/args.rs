@@ -28,7 +28,7 @@ use ts3100_proto::words::{UnexpectedWord, Word};
 /// Start an emulated controller and serve its ports until Ctrl-C.
 ///
 /// Every flag is also an environment variable and a key of the TOML file given by --config: --port-offset 10000,
-/// TS3100_PORT_OFFSET=10000 and `port-offset = 10000` are the same. Flags win over the environment, the environment over
+/// TS3100_PORT_OFFSET=10000 and `port-offset = 10000` are the same. Flags override the environment, which overrides
 /// the file. SIGTERM and SIGQUIT end it as Ctrl-C does.
 ///
 /// Exit codes: 0 ended by a signal; 2 cannot start or cannot write a report; 3 a denied finding or fault; 4 coverage
@@ -77,7 +77,7 @@ flag_group! {
     /// Where the robot listens.
     #[command(next_help_heading = "Network")]
     pub struct NetworkArgs {
-        /// Listen on this address, or on that of a name of this computer, for example localhost [default: 127.0.0.1]
+        /// Listen on this address or host name of this computer, for example localhost [default: 127.0.0.1]
         #[arg(long, value_name = "ADDR", value_parser = listen_address)]
         pub listen: Option<IpAddr>,
         /// Add N to the port numbers: 10000 makes 1000-1003 into 11000-11003 [default: 0]
@@ -86,7 +86,7 @@ flag_group! {
         /// Take the port numbers from ETHERNET.PAR, or let the system choose free ones [default: parameter]
         #[arg(long, value_name = "WORD", value_parser = PortSourceParser)]
         pub ports: Option<PortSource>,
-        /// With --robots: all robots at one address, each N ports above the one before [default: an address each]
+        /// With --robots: put all robots at one address, each N ports above the previous one [default: one address per robot]
         #[arg(long, value_name = "N", value_parser = whole(0, u16::MAX))]
         pub port_step: Option<u16> [Process],
         /// Print one line of JSON on stdout when every port accepts connections
@@ -154,8 +154,8 @@ flag_group! {
     /// The robot itself.
     #[command(next_help_heading = "Robot")]
     pub struct RobotArgs {
-        /// Run this many robots in this process: robot-1, robot-2, ... at the address of --listen and those after it;
-        /// `{robot}` in a path is the name
+        /// Run this many robots in this process: robot-1, robot-2, ... at the address of --listen and the
+        /// addresses after it; `{robot}` in a path becomes the robot's name
         #[arg(long, value_name = "N", value_parser = whole(1, MAX_ROBOTS))]
         pub robots: Option<u32> [Process],
         /// Arm: ts3100-tv800, tsl3000-thl400, tsl3000-thl400-4, tsl3000-thl300, scara-600, or the .toml file of a model
@@ -181,7 +181,7 @@ flag_group! {
         /// Override a named option, for example text.stx=required; `--set help` lists them (repeatable)
         #[arg(long, value_name = "KEY=VALUE")]
         pub set: Vec<String> [NotInFile],
-        /// Answer like the controller of this file of `ts3100 survey`: its options, its arm, and how long its answers take
+        /// Answer like the controller that this file of `ts3100 survey` describes: options, arm and answer times
         #[arg(long, value_name = "FILE")]
         pub like: Option<PathBuf> [Shared],
         /// Use these permission tables instead of those of the manual

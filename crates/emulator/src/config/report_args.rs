@@ -31,7 +31,7 @@ flag_group! {
         /// Write which cells of the permission tables hosts reached: .html for a page, otherwise JSON (repeatable)
         #[arg(long, value_name = "FILE")]
         pub coverage: Vec<PathBuf>,
-        /// Exit with code 4 if hosts reached less than this
+        /// Exit with code 4 if the coverage is below this
         #[arg(long, value_name = "PERCENT", value_parser = parse_percent)]
         pub min_coverage: Option<f64>,
         /// Write the executed lines of user files as an lcov tracefile

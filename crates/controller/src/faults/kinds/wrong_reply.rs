@@ -16,7 +16,7 @@ const EMPTY_FILE: &[u8] = b"FL,\x1a";
 pub const KIND: FaultKind = FaultKind {
     name: "wrong-reply",
     summary: "Sends another text instead of the reply.",
-    remedy: "It compares the reply with all that the command can get, not with NG alone. On anything \
+    remedy: "It compares the reply with every reply to this command, not with NG alone. On anything \
              else it waits for silence and sends the command again.",
     parameters: &[parameter("text", ParameterType::Text { most: MAX_DATA })
         .help("its data section; by default OK instead of a file, and an empty file instead of OK and NG")],

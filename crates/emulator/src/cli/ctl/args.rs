@@ -29,7 +29,7 @@ pub struct CtlArgs {
     /// The robot that is called.
     #[command(flatten)]
     pub target: TargetArgs,
-    /// Longest wait for an answer; --wall is added where a command waits; `events` ends after it [default: 10]
+    /// Longest wait for an answer, plus --wall for commands that wait; `events` ends after this time [default: 10]
     #[arg(long, value_name = "TIME", global = true, value_parser = seconds("1us", "1440min"))]
     pub timeout: Option<Duration>,
     /// Print the answer as one line of JSON
@@ -131,7 +131,7 @@ pub enum Command {
     },
     /// Wait for a condition while time passes by itself
     Wait(WaitArgs),
-    /// Show power, or switch it off, on or both
+    /// Show power, or turn it off, on, or off and on again
     Power {
         #[arg(value_parser = ["off", "on", "cycle"])]
         action: Option<String>,
@@ -360,7 +360,7 @@ pub enum ChannelCommand {
 pub enum ClockCommand {
     /// Set how time passes: real, xN, stepped, auto
     Mode { mode: String },
-    /// Advance time by so much
+    /// Advance time by this amount
     Advance {
         /// How much, such as 5s or 500 ms
         #[arg(required = true, num_args = 1..=2)]
@@ -405,7 +405,7 @@ fn conditions() -> String {
 
 #[derive(Debug, Clone, Copy, Args)]
 pub struct EventsArgs {
-    /// Number of the first event; 1 shows all that are kept [default: new events only]
+    /// Number of the first event; 1 shows all that are still stored [default: new events only]
     #[arg(long, value_parser = whole(0, u64::MAX))]
     pub since: Option<u64>,
     /// End after this many events; with --timeout, exit code 4 if fewer came

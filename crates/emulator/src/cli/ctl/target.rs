@@ -68,7 +68,7 @@ pub struct TargetArgs {
     /// URL of the control interface [env: TS3100_CONTROL_URL] [default: the only emulator on this computer]
     #[arg(long, value_name = "URL", global = true)]
     url: Option<String>,
-    /// Call this robot, where several run in one process [env: TS3100_ROBOT]
+    /// Robot to call, if several run in one process [env: TS3100_ROBOT]
     #[arg(long, value_name = "NAME", global = true)]
     robot: Option<String>,
     /// Token of the control interface [env: TS3100_CONTROL_TOKEN]

@@ -121,7 +121,7 @@ static OF_LINKS: &[OptionRow] = &[
     ),
     row(
         "drive.when_full",
-        "What happens to a change that the directory of `--drive` does not take.",
+        "What happens to a change that the directory of `--drive` does not accept.",
         &Field(|_, l| &mut l.when_full),
     ),
 ];

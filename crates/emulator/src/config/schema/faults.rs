@@ -33,8 +33,8 @@ pub const COMMON_KEYS: [CommonKey; 7] = [
     },
     CommonKey {
         name: "command",
-        meaning: "letters of a command: the command, the texts of its exchange, its answers. `SP` also is the unsolicited SP",
-        default: "any, but see the kind",
+        meaning: "letters of a command: the command, the texts of its exchange, its answers. `SP` also means the unsolicited SP",
+        default: "any, unless the kind says otherwise",
         schema: |_| {
             let rows = COMMANDS.iter().filter(|row| row.permission.is_some());
             json!({ "enum": rows.map(|row| row.letters).collect::<Vec<_>>() })
@@ -53,7 +53,7 @@ pub const COMMON_KEYS: [CommonKey; 7] = [
     CommonKey {
         name: "block",
         meaning: "number of the FL text in its exchange, from 1, or of the OK to it; 0: any other text",
-        default: "any, but see the kind",
+        default: "any, unless the kind says otherwise",
         schema: |_| whole(0, u64::from(MAX_COUNT)),
     },
     CommonKey {
