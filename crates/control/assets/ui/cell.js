@@ -52,7 +52,7 @@ function build(robot) {
 
 /** Lamps as [word, kind]. */
 function shownLamps(robot, found, state) {
-  if (!robot.started) return [["starts at its first use", "off"]];
+  if (!robot.started) return [["starts when first used", "off"]];
   if (!found) return [];
   const words = [];
   if (!found.power) words.push(["power off", "bad"]);

@@ -45,7 +45,7 @@ function makeClock(robot) {
       make("datalist", {id: "lab-conditions"}, ...CONDITIONS.map(value => make("option", {value}))), ended),
     state(state) {
       say(now, fixed(state.t, 3) + " s");
-      say(calendar, state.calendar + ", " + (state.time_mode === "stepped" ? "time stands still until it is advanced" : "time passes: " + state.time_mode));
+      say(calendar, state.calendar + ", " + (state.time_mode === "stepped" ? "the clock is stopped until you advance it" : "time passes: " + state.time_mode));
       modes.show(state.time_mode);
     },
   };

@@ -196,7 +196,7 @@ function makeDisplay(robot) {
     make("button", {type: "button", onclick: select}, "SELECT"));
   const element = make("div", {class: "device"}, screen,
     make("div", {class: "pages", role: "group", "aria-label": "Pages of the display"}, ...pages), paging, reason, pad,
-    make("p", {class: "hint"}, "The display takes the keyboard while it has the focus: figures, Enter, arrow keys."));
+    make("p", {class: "hint"}, "While the display has the focus, type digits, Enter and the arrow keys."));
   return {
     element, draw,
     event(event) { if (page === "alarms" && (event.event === "alarm" || event.event === "alarms-reset")) readHistory(); },
@@ -236,7 +236,7 @@ function makeJog(robot) {
     if (held) return end("Stopped: two keys were held at once.");
     say(reason, "");
     if (robot.state?.key_switch !== "teaching") return say(reason, "Turn the key switch to TEACHING to jog.");
-    if (robot.link !== "connected") return say(reason, "The page is not connected to the robot; wait until it is.");
+    if (robot.link !== "connected") return say(reason, "The page is not connected to the robot. Wait until it is connected again.");
     const mine = held = {key, abort: new AbortController()};
     mark(key, "data-held", true);
     say(moving, name + (inching ? ": one step" : " moves"));
@@ -374,8 +374,8 @@ function makeTeach(robot) {
   const add = button("Add here", async () => {
     const wanted = name.value.trim().toUpperCase(), selected = robot.state.file;
     if (!selected) throw new Error("cannot add a position: select a file first");
-    if (!/^[A-Z][A-Z0-9_]*$/.test(wanted)) throw new Error("cannot add a position: use a name of a letter, then letters and digits");
-    if (positions.some(one => one.name === wanted)) throw new Error("cannot add " + wanted + ": it exists already; press TEACH next to it");
+    if (!/^[A-Z][A-Z0-9_]*$/.test(wanted)) throw new Error("cannot add a position: its name must begin with a letter and contain only letters, digits and _");
+    if (positions.some(one => one.name === wanted)) throw new Error("cannot add " + wanted + ": it already exists; press TEACH next to it");
     if (robot.state.status !== "stop (reset)") throw new Error("cannot add a position: reset the program first; select " + selected + " again");
     const path = "files/" + encodeURIComponent(selected), stored = await robot.get(path);
     if (stored.text === undefined || stored.text === null) throw new Error("cannot add a position: " + selected + " is a binary file");
