@@ -355,7 +355,8 @@ fn the_only_emulator_of_the_machine_is_found_and_several_are_listed() {
         stderr(&robot)
     );
     second.signal("KILL");
-    let none = state_of(&runtime, &["--url", &url]);
+    // No emulator of another test can have this port; that of the killed one may be taken already.
+    let none = state_of(&runtime, &["--url", "http://127.0.0.1:1"]);
     expect_code(&none, 3);
     assert!(stderr(&none).contains("ts3100 serve"), "{}", stderr(&none));
     let left = std::fs::read_dir(runtime.path().join("ts3100")).unwrap();
