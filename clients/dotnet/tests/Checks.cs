@@ -202,7 +202,7 @@ static class Checks
         using (var one = new Robot(fixture.Process.ControlUrl + "/robots/robot-1"))
         using (var two = new Robot(fixture.Process.ControlUrl + "/robots/robot-2"))
         {
-            Equal("no robot of exec", true, Thrown<ControlException>(() => Robot.FromEnvironment()).StartsWith("TS3100_CONTROL_URL is not set: run the tests by"));
+            Equal("no robot of exec", true, Thrown<ControlException>(() => Robot.FromEnvironment()).StartsWith("TS3100_CONTROL_URL is not set: run the tests with"));
             Environment.SetEnvironmentVariable("TS3100_CONTROL_URL", one.Url);
             using (Robot robot = Robot.FromEnvironment())
                 Equal("the robot of exec", 100, robot.Override());

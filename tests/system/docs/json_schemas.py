@@ -38,7 +38,7 @@ MISTAKES = {
                  "[[expect]]\nwhat = 'idle'\ntimes = 0", "[[never]]\nwhat = 'idle'\nwithin = '1 s'", "do = 3"),
     "faults": ("fault = 3", "[[fault]]\nafter = 1", "[[fault]]\nkind = 'ngg'", "[[fault]]\nkind = 'ng'\nafter = -1",
                "[[fault]]\nkind = 'ng'\nprobability = 2", "[[fault]]\nkind = 'ng'\ncommand = 'XX'", "[[fault]]\nkind = 'ng'\nchannel = 'IP1'",
-               "[[fault]]\nkind = 'ng'\nid = 0", "[[fault]]\nkind = 'late-reply'\ndelay = '1 min'", "[[fault]]\nkind = 'late-reply'\ndelay = -1",
+               "[[fault]]\nkind = 'ng'\nid = 0", "[[fault]]\nkind = 'late-reply'\ndelay = '1 hour'", "[[fault]]\nkind = 'late-reply'\ndelay = -1",
                "[[fault]]\nkind = 'alarm'\nnumber = '9-999'", "[[fault]]\nkind = 'flipped-bit'\nway = 'up'",
                "[[fault]]\nkind = 'ng'\ndelay = 5"),
 }
