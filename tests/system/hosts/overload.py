@@ -162,7 +162,7 @@ def stopped(binary):
     """SIGSTOP for a while: SU is answered at once afterwards, and virtual time has passed or was skipped, as asked for."""
     for gap in ("catch-up", "skip"):
         with Emulator(binary, "--time-gap", gap) as emulator:
-            host, clock = Host(emulator.address("ip0"), True), functools.partial(emulator.robot.call, "GET", "/clock")
+            host, clock = Host(emulator.address("ip0"), True), functools.partial(emulator.robot.call, "get_clock")
             before, begun = clock(), time.monotonic()
             os.kill(emulator.process.pid, signal.SIGSTOP)
             time.sleep(STOPPED)

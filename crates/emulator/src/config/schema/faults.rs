@@ -8,7 +8,7 @@ use ts3100_controller::port::Port;
 use ts3100_proto::command::COMMANDS;
 
 /// Pattern of a number of milliseconds as a text.
-const MILLIS: &str = r"^[0-9]+(\.[0-9]+)?\s*(ms|s)$|^[0-9]+$";
+const MILLIS: &str = r"^[0-9]+(\.[0-9]+)?\s*(ms|s|min)$|^[0-9]+$";
 /// Pattern of a whole number as a text.
 const WHOLE: &str = "^[0-9]+$";
 
