@@ -34,7 +34,7 @@ LICENCES = ["LICENSE-APACHE", "LICENSE-MIT"]
 # Tests of each kind in the figures, and what a fresh robot may add to a test.
 COUNT, MOST_MILLISECONDS = 500, 1.5
 # Of several runs the quickest counts: the others tell about the machine.
-RUNS = 6
+RUNS = 12
 
 # Every answer has its type, blocking and awaited.
 TYPED = """
