@@ -135,7 +135,7 @@ fn sources() -> Vec<PathBuf> {
         "README.md",
         "CONTRIBUTING.md",
         "SECURITY.md",
-        ".ci/run",
+        ".ci/phases.py",
         "packaging/Dockerfile",
     ];
     all.extend(single.map(|file| root.join(file)));

@@ -1,0 +1,345 @@
+"""Everything a change has to pass, from a clean clone. Needs the Rust toolchain, Python 3.11 and apt; fetches what else it needs.
+
+    .ci/run              what every change has to pass
+    .ci/run quick        format, lints, tests, clauses and a host's whole day: before each push
+    .ci/run full         the programs for all platforms and the benchmarks as well: weekly, and before a release
+    .ci/run [full] PHASE...   these phases only, as the jobs of .github/workflows/ci.yml; `.ci/run phases` lists them
+
+How the programs are made changes seldom: a second build for the same bytes, the cross builds, Wine and qemu. They run in full,
+and in a run whose Cargo files, packaging or build scripts differ from those with which full has passed last. Full writes their
+hash to .ci/passed.sha256 at its end: commit it.
+
+Each phase is announced; the first failure ends the run. The wall time of each phase is printed at the end."""
+
+import concurrent.futures
+import functools
+import hashlib
+import os
+import pathlib
+import platform
+import re
+import shutil
+import subprocess
+import sys
+import tempfile
+import time
+
+ROOT = pathlib.Path(__file__).resolve().parent.parent
+PASSED = ROOT / ".ci/passed.sha256"
+TARGET = ROOT / os.environ.get("CARGO_TARGET_DIR", "target")
+# Built or fetched once; later runs find them.
+TOOLS = TARGET / "tools"
+SYSTEM = "tests/system/"
+MUSL = platform.machine() + "-unknown-linux-musl"
+OTHER = {"x86_64": "aarch64", "aarch64": "x86_64"}.get(platform.machine(), "x86_64") + "-unknown-linux-musl"
+WINDOWS = "x86_64-pc-windows-gnu"
+# What .ci/run build leaves in target/dist. Where CI_BUILT is set, they are there already.
+PROGRAMS = ("ts3100", "ts3100-benches", "kinematics", "startup", "echo")
+OUTSIDE = ["pyserial", "openapi-spec-validator==0.9.0", "openapi-python-client==0.29.1", "playwright", "axe-playwright-python"]
+
+
+class Failed(Exception):
+    """A step ended with another exit code than 0."""
+
+
+def run(*command, **variables):
+    """A step in the foreground."""
+    code = subprocess.run([str(word) for word in command], cwd=ROOT, env={**os.environ, **variables}, check=False).returncode
+    if code:
+        raise Failed("%s: exit code %d" % (" ".join(map(str, command)), code))
+
+
+def together(**steps):
+    """Steps side by side, each a command, or a list of commands one after the other. What each printed is shown at its end."""
+    def one(commands):
+        begun = time.monotonic()
+        with tempfile.TemporaryFile() as log:
+            for command in commands if isinstance(commands[0], list) else [commands]:
+                code = subprocess.run([str(word) for word in command], cwd=ROOT, stdin=subprocess.DEVNULL, stdout=log, stderr=log,
+                                      check=False).returncode
+                if code:
+                    break
+            log.seek(0)
+            return code, time.monotonic() - begun, log.read().decode(errors="replace")
+
+    failed = []
+    with concurrent.futures.ThreadPoolExecutor(len(steps)) as pool:
+        running = {pool.submit(one, commands): name.replace("_", " ") for name, commands in steps.items()}
+        for done in concurrent.futures.as_completed(running):
+            code, seconds, printed = done.result()
+            print("\n-- %s (%d s)\n%s" % (running[done], seconds, printed), end="", flush=True)
+            failed += [running[done]] if code else []
+    if failed:
+        raise Failed("failed: " + ", ".join(failed))
+
+
+def system(name, *words, python=sys.executable):
+    """The command of a program of tests/system."""
+    return [python, SYSTEM + name + ".py", *words]
+
+
+def serving(name, *words, **more):
+    """The same of one that starts the optimised program."""
+    return system(name, "--serve", dist(), *words, **more)
+
+
+# What phases need: each is made once a run.
+
+@functools.cache
+def packages(*pairs):
+    """Packages of the system, each as COMMAND:PACKAGE, installed where the command is missing."""
+    missing = [pair.split(":")[1] for pair in pairs if not shutil.which(pair.split(":")[0])]
+    if missing:
+        root = [] if os.geteuid() == 0 else ["sudo"]
+        run(*root, "apt-get", "update", "-q")
+        run(*root, "env", "DEBIAN_FRONTEND=noninteractive", "apt-get", "install", "-y", "-q", "--no-install-recommends", *missing)
+
+
+@functools.cache
+def dist():
+    """The optimised program, which all phases use. Not the whole workspace: what the suites start is the same program once more."""
+    if not os.environ.get("CI_BUILT"):
+        run("cargo", "build", "--locked", "--profile", "dist", "--workspace", *(word for name in PROGRAMS for word in ("--bin", name)))
+    return TARGET / "dist/ts3100"
+
+
+@functools.cache
+def python():
+    """An interpreter with the packages of others that tests use."""
+    packages("pip3:python3-venv")
+    interpreter = TOOLS / "outside/bin/python"
+    if not interpreter.exists():
+        run(sys.executable, "-m", "venv", TOOLS / "outside")
+    run(interpreter, "-m", "pip", "-q", "--disable-pip-version-check", "install", *OUTSIDE)
+    return interpreter
+
+
+def hash_of_build():
+    """A hash of everything but the code that decides how the programs are made, as it is in the working tree."""
+    listed = subprocess.run(["git", "ls-files", "-z", "--cached", "--others", "--exclude-standard", "--", ".cargo", "Cargo.lock", "Cargo.toml",
+                             "packaging", ":(glob)**/build.rs"], cwd=ROOT, stdout=subprocess.PIPE, check=True).stdout
+    lines = ["%s  %s\n" % (hashlib.sha256((ROOT / name).read_bytes()).hexdigest(), name) for name in listed.decode().split("\0")[:-1]]
+    return hashlib.sha256("".join(lines).encode()).hexdigest()
+
+
+@functools.cache
+def all_platforms():
+    """Whether the programs of all platforms are made."""
+    return FORM == "full" or not PASSED.exists() or hash_of_build() != PASSED.read_text().strip()
+
+
+@functools.cache
+def release_programs():
+    """The programs of a release: their folder, and those of a second build from another place, if there is one."""
+    folder, again = SCRATCH / "programs", SCRATCH / "again"
+    build = ["--tools", TOOLS, "build", "--out"]
+    run(sys.executable, "packaging/release.py", *build, folder, "--target-dir", TARGET, MUSL, *([WINDOWS] if all_platforms() else []))
+    if all_platforms():
+        # The second build is from another folder into another: its bytes have to be the same.
+        elsewhere = SCRATCH / "elsewhere"
+        run("git", "clone", "-q", ".", elsewhere)
+        run(sys.executable, elsewhere / "packaging/release.py", *build, again, "--target-dir", elsewhere / "target", MUSL, OTHER)
+        (again / OTHER).rename(folder / OTHER)
+        shutil.rmtree(elsewhere)
+        return folder, again
+    return folder, None
+
+
+# The phases.
+
+def source():
+    """format, lints, documentation, licences, the oldest compiler, other platforms as far as the compiler sees them from here"""
+    run("cargo", "fmt", "--all", "--check")
+    calls()
+    lints()
+    run("cargo", "doc", "--locked", "--workspace", "--no-deps", RUSTDOCFLAGS="-D warnings")
+    run(sys.executable, ".ci/licences.py")
+    oldest = re.search(r'^rust-version = "(.*)"', (ROOT / "Cargo.toml").read_text(), re.MULTILINE)[1]
+    run("rustup", "toolchain", "install", oldest, "--profile", "minimal")
+    run("cargo", "+" + oldest, "check", "--locked", "--workspace", "--target-dir", TARGET / "oldest")
+    targets = ("aarch64-apple-darwin", WINDOWS, OTHER)
+    run("rustup", "target", "add", *targets)
+    run("cargo", "check", "--locked", "-p", "ts3100-emulator", *(word for target in targets for word in ("--target", target)))
+
+
+def calls():
+    """The clients and the OpenAPI document: tables, the page of their calls, and what would break a client of the last release."""
+    run(sys.executable, "clients/generate.py", "--check")
+    run(sys.executable, "clients/coverage.py", "--check")
+    run(*system("control/openapi_baseline"))
+
+
+def lints():
+    """Clippy, of everything."""
+    run("cargo", "clippy", "--locked", "--workspace", "--all-targets", "--", "-D", "warnings")
+
+
+def tests():
+    """the README's test command, the clauses that it proves, captures read by tshark, a package of a stranger's"""
+    proven()
+    packages("tshark:tshark", "lua5.4:lua5.4")
+    run(*system("packages/wireshark_dissector"))
+    # It depends on the crate and nothing else.
+    run("cargo", "test", "--manifest-path", "clients/rust-example/Cargo.toml", CARGO_TARGET_DIR=str(TARGET))
+
+
+def proven():
+    """The tests; each clause has its test, none that was proven is lost, no more rest on little."""
+    block = re.search(r"<!-- ci:test -->\s*```sh\n(.*?)```", (ROOT / "README.md").read_text(), re.DOTALL)[1]
+    print(block, end="", flush=True)
+    output = SCRATCH / "tests.txt"
+    run("bash", "-euo", "pipefail", "-c", '(%s) 2>&1 | tee "$0"' % block, output)
+    checked = "%s --check --from %s | grep -v '^proven   '" % (TARGET / "debug/clauses", output)
+    run("bash", "-euo", "pipefail", "-c", checked)
+
+
+def build():
+    """the binaries, optimised: one build for all phases"""
+    run(sys.executable, ".ci/size.py", dist())
+
+
+def fuzzing():
+    """twelve seconds a target"""
+    packages("c++:g++")
+    run("fuzz/run", "12")
+
+
+def documents():
+    """the book, its examples, the schemas; the program as people build it, and the README's session with it"""
+    packages("curl:curl")
+    together(book=system("docs/book", "--tools", TOOLS), examples=serving("docs/page_examples"), schemas=serving("docs/json_schemas"))
+    run("cargo", "build", "--locked", "--release")
+    # A panic in it names our functions.
+    run("cargo", "run", "--locked", "--release", "-p", "ts3100-tests", "--bin", "backtrace")
+    run(*system("docs/readme_session", "--target", TARGET))
+
+
+def hosts():
+    """hosts side by side, also under legal variation and with a cut cable; the same seed, the same bytes; overload; a full disk"""
+    packages("ip:iproute2")
+    # These wait most of their time. Hosts mind when an answer comes, so what works the processor comes after them.
+    day = functools.partial(serving, "hosts/whole_job")
+    serial = ("--commands", "terminal", "--talk")
+    names = ("gateway", "library_client", "pick_dialogue", "production", "rough_weather", "scara_client", "six_axis_client", "cut_cable",
+             "reproducible_runs")
+    together(whole_job_stx=day("--stx"), whole_job_without_stx=day("--no-stx"), whole_job_9600=day(*serial, "com1-terminal"),
+             whole_job_115200_8E2=day(*serial, "ip2", "--speed", "115200", "--frame", "8E2"),
+             whole_job_rfc2217=day("--commands", "rfc2217", "--talk", "com1-rfc2217", "--speed", "19200", "--frame", "8O1", python=python()),
+             legal_variation=serving("hosts/legal_variation", "--seeds", "3", "--jobs", "4"),
+             **{name: serving("hosts/" + name) for name in names})
+    for name in ("overload", "storage"):
+        run(*serving("hosts/" + name))
+
+
+def control():
+    """the control interface and its document, many robots, reports, assistants, and the pages in a browser"""
+    packages("chromium:chromium")
+    together(interface=serving("control/http_attacks"), openapi=serving("control/openapi_document", "--venv", python().parent.parent),
+             many_robots=serving("control/many_robots"), sarif=serving("control/sarif_reports"), assistants=serving("control/mcp_server"),
+             pages=serving("control/pendant_page", "--pictures", TARGET / "pictures", python=python()))
+
+
+def clients():
+    """the clients in all languages, the GitHub Action by hand, the Python package and its figures"""
+    packages("mcs:mono-mcs", "mono:mono-runtime", "clang++:clang", "x86_64-w64-mingw32-g++-posix:g++-mingw-w64-x86-64-posix")
+    run(*serving("packages/client_libraries", "dotnet", "cpp", "npm"))
+    run(*serving("packages/github_action"))
+    # Measures what a fresh robot adds to a test, so nothing else runs.
+    run(*serving("packages/python_package"))
+
+
+def release():
+    """the programs and packages of a release, installed as users do; images, swarm and pods in a container engine"""
+    packages("dockerd:docker.io", "docker-compose:docker-compose", "shellcheck:shellcheck")
+    if all_platforms():
+        packages("qemu-aarch64-static:qemu-user-static", "wine:wine", "wine64:wine64")
+    run(sys.executable, "packaging/release.py", "--tools", TOOLS, "tools")
+    if FORM == "full":
+        run(sys.executable, "packaging/crates.py")
+    folder, again = release_programs()
+    binary = folder / MUSL / "ts3100"
+    # One engine for all of them, and each may start and end it: one after the other.
+    containers = [system("containers/docker_image", "--binary", binary, *(["--other", folder / OTHER / "ts3100"] if again else [])),
+                  system("containers/docker_swarm", "--binary", binary),
+                  serving("packages/client_libraries", "--static", binary, "containers"),
+                  system("containers/kubernetes_manifests", "--binary", binary, "--tools", TOOLS)]
+    together(containers=containers, packages=system("packages/release_packages", "--programs", folder, "--tools", TOOLS,
+                                                    *(["--again", again / MUSL / "ts3100"] if again else [])))
+
+
+def figures():
+    """kinematics at full scale, instructions of an SU, memory of a robot; in full all bounds beside Lua, CPython and an echo"""
+    packages("valgrind:valgrind", "lua5.4:lua5.4")
+    dist()
+    run(TARGET / "dist/kinematics")
+    run(*serving("hosts/instruction_count"))
+    # On one core: the cores of a virtual machine differ in speed from moment to moment by more than the margins.
+    core = max(os.sched_getaffinity(0))
+    benches = ["taskset", "-c", core, TARGET / "dist/ts3100-benches"]
+    if FORM == "full":
+        run(TARGET / "dist/startup", dist(), "10")
+        run(*benches, "--check")
+    else:
+        # A ratio of times depends on the hour, so full holds those; this holds what does not.
+        run(*benches, "--fleet", "--check")
+
+
+def quick():
+    """format, lints, tests, clauses; a host's whole day, with STX over TCP and without over terminals"""
+    run("cargo", "fmt", "--all", "--check")
+    calls()
+    proven()
+    # The suites start a binary of their own.
+    run("cargo", "build", "--locked", "--bin", "ts3100")
+    day = functools.partial(system, "hosts/whole_job", "--serve", TARGET / "debug/ts3100")
+    # A host waits most of its day: the lints take no longer beside it.
+    together(lints=[sys.executable, __file__, "lints"], whole_job_tcp=day("--stx"),
+             whole_job_terminals=day("--commands", "terminal", "--talk", "com1-terminal"))
+
+
+PHASES = {phase.__name__: phase for phase in (source, tests, build, fuzzing, documents, control, clients, release, hosts, figures)}
+ALONE = {"quick": quick, "lints": lints}
+
+
+def chosen(words):
+    """The phases that the command line asks for."""
+    if words == ["phases"]:
+        sys.exit("\n".join("%-10s %s" % (name, phase.__doc__) for name, phase in PHASES.items()))
+    if len(words) == 1 and words[0] in ALONE:
+        return {words[0]: ALONE[words[0]]}
+    names = [word for word in words if word != "full"]
+    unknown = set(names) - set(PHASES)
+    if unknown or len(words) - len(names) > 1:
+        sys.exit("usage: .ci/run [quick | full | [full] PHASE... | phases]")
+    return {name: PHASES[name] for name in names or PHASES}
+
+
+def main():
+    phases, times, begun = chosen(sys.argv[1:]), [], time.monotonic()
+    run("rustup", "component", "add", "rustfmt", "clippy")
+    # Everything else is built from the lock file as it is.
+    run("cargo", "fetch", "--locked", "--quiet")
+    for name, phase in phases.items():
+        print("\n== %s: %s" % (name, phase.__doc__), flush=True)
+        since = time.monotonic()
+        try:
+            phase()
+        except Failed as failed:
+            sys.exit(".ci/run %s: %s" % (name, failed))
+        times.append("%6d s  %s" % (time.monotonic() - since, name))
+    if phases.keys() == PHASES.keys() and FORM == "full":
+        PASSED.write_text(hash_of_build() + "\n")
+    print("\n%s\nall of it passed in %d s" % ("\n".join(times), time.monotonic() - begun))
+
+
+FORM = "full" if "full" in sys.argv[1:] else "quick" if sys.argv[1:] in (["quick"], ["lints"]) else ""
+if __name__ == "__main__":
+    # Keeps the emulators of this run apart from others on this machine. In memory, as a login has it: on a disk a start
+    # takes half as long again, once thousands of them have left their files there.
+    with tempfile.TemporaryDirectory(dir="/dev/shm") as runtime, tempfile.TemporaryDirectory() as scratch:
+        os.environ["XDG_RUNTIME_DIR"] = runtime
+        if FORM != "quick":
+            # Pays off from the second build of the same thing on, and there is none.
+            os.environ["CARGO_INCREMENTAL"] = "0"
+        SCRATCH = pathlib.Path(scratch)
+        main()
