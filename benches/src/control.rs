@@ -97,7 +97,7 @@ fn measure(rounds: usize) -> Result<Vec<Figure>, Box<dyn std::error::Error>> {
         .start()?;
     let folder = Folder::new()?;
     let file = folder.0.join("snapshot.json");
-    robot.snapshot("clean")?;
+    robot.take_snapshot("clean")?;
     robot.write_snapshot(&file)?;
     let bare = bare_server()?;
     let control = robot.control().ok_or("it has no control interface")?;
@@ -112,7 +112,7 @@ fn measure(rounds: usize) -> Result<Vec<Figure>, Box<dyn std::error::Error>> {
                 each(CALLS, || theirs.call("/", "{}"))?,
                 each(CALLS, || ours.call("/faults", r#"{"spec":"ng:command=FD,id=1"}"#))?,
                 each(CALLS, || ours.call("/snapshots/clean/restore", "{}"))?,
-                each(CALLS, || Ok(robot.read_snapshot(&file)?))?,
+                each(CALLS, || Ok(robot.load_snapshot(&file)?))?,
                 started(&binary, &["serve", "--ports", "auto", "--ready-json"])?,
                 started(&own, &[BARE])?,
             ];

@@ -352,7 +352,7 @@ impl Emulator {
     ///
     /// # Errors
     /// [`SnapshotRequestError`].
-    pub fn snapshot(&self, name: &str) -> Result<(), SnapshotRequestError> {
+    pub fn take_snapshot(&self, name: &str) -> Result<(), SnapshotRequestError> {
         self.request_snapshot(SnapshotTask::Save(name.to_owned()))
             .map(drop)
     }
@@ -362,7 +362,7 @@ impl Emulator {
     ///
     /// # Errors
     /// [`SnapshotRequestError`].
-    pub fn restore(&self, name: &str) -> Result<(), SnapshotRequestError> {
+    pub fn restore_snapshot(&self, name: &str) -> Result<(), SnapshotRequestError> {
         self.request_snapshot(SnapshotTask::Restore(name.to_owned()))
     }
 
@@ -398,11 +398,11 @@ impl Emulator {
         Ok(snapshot::write(path, snapshot::States::One(&controller))?)
     }
 
-    /// Continues from the state in a file, as [`Emulator::restore`] does.
+    /// Continues from the state in a file, as [`Emulator::restore_snapshot`] does.
     ///
     /// # Errors
     /// [`SnapshotRequestError`].
-    pub fn read_snapshot(&self, path: &Path) -> Result<(), SnapshotRequestError> {
+    pub fn load_snapshot(&self, path: &Path) -> Result<(), SnapshotRequestError> {
         let controller = Box::new(snapshot::read(path, None)?);
         self.request_snapshot(SnapshotTask::Replace(controller))
     }

@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 use ts3100_emulator::embed::{
-    ControlRight, Emulator, Error, ExecutionStatus, IoKind, KeySwitch, Number, Port, TimeMode, rules,
+    ControlRight, Emulator, Error, ExecutionStatus, KeySwitch, Number, Port, TimeMode, rules,
 };
 use ts3100_tests::bench::{Bench, builder};
 
@@ -39,7 +39,7 @@ fn time_moves_only_as_a_test_moves_it() {
     let unread = robot.advance_until("outptu 5 on", SECOND).unwrap_err();
     assert!(matches!(unread, Error::Condition(_)));
     assert!(unread.to_string().contains("did you mean `output`?"), "{unread}");
-    robot.set_time(TimeMode::Auto).unwrap();
+    robot.set_time_mode(TimeMode::Auto).unwrap();
     robot.set_input(2, true).unwrap();
     assert!(robot.wait_until("idle", 10 * SECOND).unwrap());
     robot.reset().unwrap();
@@ -84,12 +84,12 @@ fn switches_and_buttons_work_and_refuse_with_their_reason() {
 fn lines_variables_and_files_are_read_and_changed() {
     let robot = stepped();
     robot.set_output(7, true).unwrap();
-    robot.force(IoKind::Input, 3, true).unwrap();
+    robot.force_input(3, true).unwrap();
     robot.set_input(3, false).unwrap();
     assert!(robot.output(7).unwrap() && robot.input(3).unwrap());
-    robot.release(IoKind::Input, 3).unwrap();
+    robot.release_input(3).unwrap();
     assert!(!robot.input(3).unwrap());
-    robot.pulse(IoKind::Input, 4, true, SECOND).unwrap();
+    robot.pulse_input(4, true, SECOND).unwrap();
     assert!(robot.input(4).unwrap());
     robot.advance(2 * SECOND).unwrap();
     assert!(!robot.input(4).unwrap());
@@ -178,10 +178,10 @@ fn what_ctl_shows_has_a_method() {
     assert!(robot.read(|controller| controller.state().feed_hold).unwrap());
     robot.press_feed_hold().unwrap();
     assert!(!robot.read(|controller| controller.state().feed_hold).unwrap());
-    robot.snapshot("a").unwrap();
-    robot.snapshot("b").unwrap();
+    robot.take_snapshot("a").unwrap();
+    robot.take_snapshot("b").unwrap();
     robot.delete_snapshot("a").unwrap();
     assert_eq!(robot.snapshots().unwrap(), ["b"]);
-    assert!(robot.restore("a").is_err());
+    assert!(robot.restore_snapshot("a").is_err());
     assert_eq!(robot.findings().count(&rules::LOWER_CASE), 0);
 }

@@ -162,14 +162,14 @@ fn restored_and_reset(directory: &TempDir) -> [String; 2] {
     let robot = &bench.emulator;
     let mut host = dial(robot, Port::Ip0);
     host.exchange(b"\x02BR\r\x03", b"\x02OK\r\x03");
-    robot.snapshot("off").unwrap();
+    robot.take_snapshot("off").unwrap();
     bench.post("/clock/advance", r#"{"seconds":5}"#);
     host.exchange(b"\x02SO\r\x03", b"\x02OK\r\x03");
-    robot.snapshot("on").unwrap();
-    robot.restore("off").unwrap();
+    robot.take_snapshot("on").unwrap();
+    robot.restore_snapshot("off").unwrap();
     bench.post("/clock/advance", r#"{"seconds":1}"#);
     host.exchange(b"\x02RN\r\x03", b"\x02NG\r\x03");
-    robot.restore("on").unwrap();
+    robot.restore_snapshot("on").unwrap();
     host.exchange(b"\x02RN\r\x03", b"\x02OK\r\x03");
     // Refused, for the first one stays.
     let second = dial(robot, Port::Ip0);

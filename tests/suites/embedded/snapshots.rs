@@ -35,7 +35,7 @@ fn a_state_is_put_back_while_the_hosts_stay() {
     let robot = robot().start().unwrap();
     let mut host = dial(&robot, Port::Ip0);
     let before = ask(&mut host, "SU");
-    robot.snapshot("ready").unwrap();
+    robot.take_snapshot("ready").unwrap();
     for _ in 0..3 {
         assert_eq!(ask(&mut host, "EC,OVRD 7"), "OK");
         assert_eq!(ask(&mut host, "RS,SEL"), "OK");
@@ -45,7 +45,7 @@ fn a_state_is_put_back_while_the_hosts_stay() {
             changed.contains("OVRD:7%") && !changed.contains("PICK"),
             "{changed}"
         );
-        robot.restore("ready").unwrap();
+        robot.restore_snapshot("ready").unwrap();
         assert_eq!(
             ask(&mut host, "SU"),
             before,
@@ -53,9 +53,9 @@ fn a_state_is_put_back_while_the_hosts_stay() {
         );
         assert_eq!(ask(&mut host, "DO,DOUT(5)"), "OK", "servo power is back");
     }
-    let error = robot.restore("steady").unwrap_err().to_string();
+    let error = robot.restore_snapshot("steady").unwrap_err().to_string();
     assert_eq!(error, "snapshot: expected one of ready, found `steady`");
-    let error = robot.snapshot("a b").unwrap_err().to_string();
+    let error = robot.take_snapshot("a b").unwrap_err().to_string();
     assert!(error.contains("found `a b`"), "{error}");
 }
 
@@ -66,7 +66,7 @@ fn a_program_goes_on_from_its_input_with_the_peer_that_is_there() {
     // A later connection is served, so the driver knows of the peer.
     let mut host = dial(&robot, Port::Ip0);
     assert_eq!(ask(&mut host, "RN"), "OK");
-    robot.snapshot("waiting").unwrap();
+    robot.take_snapshot("waiting").unwrap();
     for number in [4, 41] {
         peer.write_all(format!("{number}\r").as_bytes()).unwrap();
         assert_eq!(
@@ -81,7 +81,7 @@ fn a_program_goes_on_from_its_input_with_the_peer_that_is_there() {
             _ => None,
         };
         robot.wait_for(LONG, ended).unwrap();
-        robot.restore("waiting").unwrap();
+        robot.restore_snapshot("waiting").unwrap();
         assert!(ask(&mut host, "SU").contains("STATUS:running"));
     }
     // Each run has taken an hour of virtual time, and each time the clock was set back.
@@ -93,7 +93,7 @@ fn a_program_goes_on_from_its_input_with_the_peer_that_is_there() {
 #[test]
 fn what_a_fault_made_half_open_does_not_outlast_the_state_it_came_with() {
     let robot = robot().start().unwrap();
-    robot.snapshot("ready").unwrap();
+    robot.take_snapshot("ready").unwrap();
     robot.arm_fault("half-open:command=SU,lasts=600000").unwrap();
     let mut host = dial(&robot, Port::Ip0);
     host.write_all(b"\x02SU\r\x03").unwrap();
@@ -102,7 +102,7 @@ fn what_a_fault_made_half_open_does_not_outlast_the_state_it_came_with() {
         _ => None,
     };
     robot.wait_for(LONG, applied).unwrap();
-    robot.restore("ready").unwrap();
+    robot.restore_snapshot("ready").unwrap();
     assert!(host.read(&mut [0]).is_err(), "the connection is reset");
     assert!(robot.faults().unwrap().is_empty(), "armed behind the snapshot");
     assert!(ask(&mut dial(&robot, Port::Ip0), "SU").contains("PICK"));
@@ -132,7 +132,7 @@ fn the_backing_directory_follows_and_a_file_begins_another_emulator() {
         names
     };
     assert_eq!(names(), ["ETHERNET.PAR", "OTHER", "USER.PAR"]);
-    first.read_snapshot(&file).unwrap();
+    first.load_snapshot(&file).unwrap();
     assert_eq!(names(), ["ETHERNET.PAR", "PICK", "USER.PAR"]);
     let state = ask(&mut host, "SU");
     assert!(

@@ -312,12 +312,18 @@ actions! {
     power_on() => Action::PowerOn;
     /// Turns the power off and on again.
     power_cycle() => Action::Panel(PanelAction::PowerCycle);
-    /// Turns a line on or off for a time and then back; an output pulse is always on.
-    pulse(side: IoKind, line: u16, on: bool, length: Duration) => Action::Pulse { side, line, on, length };
-    /// Forces a line to a state, whatever drives it.
-    force(side: IoKind, line: u16, on: bool) => Action::Force { side, line, on };
-    /// Releases a forced line.
-    release(side: IoKind, line: u16) => Action::Release { side, line };
+    /// Turns an input on or off for a time and then back.
+    pulse_input(line: u16, on: bool, length: Duration) => Action::Pulse { side: IoKind::Input, line, on, length };
+    /// Turns an output on for a time and then off.
+    pulse_output(line: u16, length: Duration) => Action::Pulse { side: IoKind::Output, line, on: true, length };
+    /// Forces an input to a state, whatever drives it.
+    force_input(line: u16, on: bool) => Action::Force { side: IoKind::Input, line, on };
+    /// Forces an output to a state, whatever drives it.
+    force_output(line: u16, on: bool) => Action::Force { side: IoKind::Output, line, on };
+    /// Releases a forced input.
+    release_input(line: u16) => Action::Release { side: IoKind::Input, line };
+    /// Releases a forced output.
+    release_output(line: u16) => Action::Release { side: IoKind::Output, line };
     /// Sets a position to the present one of the arm. With `restore` also in the file.
     teach_position(name: &str, restore: bool) => Action::Teach { name: name.to_owned(), restore };
     /// Disarms a fault by its number.
@@ -348,7 +354,7 @@ impl Emulator {
     ///
     /// # Errors
     /// [`Error::Ended`].
-    pub fn set_time(&self, mode: TimeMode) -> Result<(), Error> {
+    pub fn set_time_mode(&self, mode: TimeMode) -> Result<(), Error> {
         self.at_link(LinkAction::TimeMode(mode))
     }
 
