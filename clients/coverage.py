@@ -27,17 +27,9 @@ GENERIC = {
     "get_named_snapshot": "a file", "get_status_frame": DATA, "get_version": "for the report of a fault", "get_wires": DATA,
     "put_outside": "only with a file of wires",
 }
-# Methods of the embedding, where they are named otherwise; GET of anything else is `read` with a closure.
-EMBEDDED = {
-    "get_alarms": "alarms", "get_pose": "pose", "put_breakpoints": "set_breakpoints", "inject_bytes": "inject", "get_clock": "now", "put_clock": "set_time",
-    "advance_time": "advance", "advance_time_until": "advance_until", "get_coverage": "coverage", "get_events": "events", "get_faults": "faults",
-    "get_files": "files", "get_file": "file", "delete_file": "erase_file", "get_findings": "findings", "get_input": "input", "put_input": "set_input",
-    "force_input": "force", "release_input": "release", "pulse_input": "pulse", "get_output": "output", "put_output": "set_output",
-    "force_output": "force", "release_output": "release", "pulse_output": "pulse", "jog_arm": "jog", "get_pendant": "pendant", "get_program": "status",
-    "reset_emulator": "reset", "get_snapshot": "write_snapshot", "load_snapshot": "read_snapshot", "put_snapshot": "snapshot",
-    "restore_snapshot": "restore", "get_snapshots": "snapshots", "get_state": "state", "get_variable": "variable", "put_variable": "set_variable",
-    "put_position": "set_variable", "get_robots": "ports",
-}
+# Methods of the embedding that return or take something else than those of the clients, and so have another name.
+EMBEDDED = {"get_clock": "now", "get_program": "status", "put_position": "set_variable", "get_outputs": "read",
+            "get_snapshot": "write_snapshot"}
 NOT_EMBEDDED = {"check_program": "`scol-mini` checks programs", "decode_text": "`ts3100-proto` reads texts", "put_outside": "one robot has no wires"}
 # File, the declaration of a method, and how it spells a name of several words.
 CLIENTS = {
@@ -94,33 +86,31 @@ def methods(client, operations):
     return {name: list(dict.fromkeys(one for one in those if not one.startswith("_"))) for name, those in found.items()}
 
 
-def embedding(controls):
-    """Operation to the method of the embedding; its source has all of them."""
-    sources = "".join(read(ROOT, "crates", "emulator", "src", *path) for path in (("embed.rs",), ("embed", "control.rs")))
+def embedding(controls, methods):
+    """Operation to the method of the embedding, which has the name of the clients' `methods`; GET of anything else is `read` with a closure."""
+    sources = "".join(read(ROOT, "crates", "emulator", "src", *path).partition("impl Emulator {")[2] for path in (("embed.rs",), ("embed", "control.rs")))
     table = read(ROOT, "crates", "controller", "src", "controls.rs")
-    # The rows of the table of controls are methods, too.
-    switches = {path: act for path, act in re.findall(r' = "(/[^"]+)" \{\s+form: .*?act: (\w+),', table, re.DOTALL)}
-    buttons = {path: name for name, path in re.findall(r'^ +(\w+): \w+ = "(/[^"]+)" \{', table, re.MULTILINE)}
-    known = set(re.findall(r"pub fn (\w+)|^    (\w+)\([^()]*(?:\([^()]*\))?[^()]*\) =>", sources, re.MULTILINE))
-    known = {name for pair in known for name in pair} | set(switches.values()) | set(buttons.values())
+    known = set(re.findall(r"pub fn (\w+)", sources)) | set(re.findall(r"^    (\w+)\([^()]*(?:\([^()]*\))?[^()]*\) =>", sources, re.MULTILINE))
+    # The rows of the table of controls are methods, too: switches by what sets them, buttons by their name.
+    known |= set(re.findall(r"^ +act: (\w+),", table.partition("buttons {")[0], re.MULTILINE))
+    known |= set(re.findall(r"^ +(\w+): \w+ = \"/[^\"]+\" \{", table, re.MULTILINE))
     found = {}
     for row in controls:
         operation = row["operation"]
-        name = EMBEDDED.get(operation) or (switches.get(row["path"]) if row["method"] == "PUT" else buttons.get(row["path"])) or operation
-        if name in known:
+        names = [EMBEDDED[operation]] if operation in EMBEDDED else [plain(name) for name in methods.get(operation, [operation, operation.replace("get_", "")])]
+        name = next((name for name in names if name in known), "read" if row["method"] == "GET" else "")
+        if name:
             found[operation] = name
-        elif row["method"] == "GET":
-            found[operation] = "read"
         elif operation not in NOT_EMBEDDED:
-            raise SystemExit("%s: the embedding has no method %s" % (operation, name))
+            raise SystemExit("%s: the embedding has no method %s" % (operation, " or ".join(names)))
     return found
 
 
 def matrix(controls):
     """Rows of the page, and what is wrong."""
     operations = {row["operation"]: row for row in controls}
-    embedded = embedding(controls)
     clients = {client: methods(client, operations) for client in CLIENTS}
+    embedded = embedding(controls, clients["C#"])
     rows, wrong = [], ["GENERIC names %s, which is not an operation" % name for name in GENERIC if name not in operations]
     for operation, row in operations.items():
         cells = {client: clients[client].get(operation) for client in CLIENTS}
@@ -132,6 +122,10 @@ def matrix(controls):
         names = {tuple(plain(name) for name in cells[client]) for client in list(CLIENTS)[1:] if cells[client]}
         if len(names) > 1:
             wrong.append("%s: other names in other languages: %s" % (operation, sorted(names)))
+        # In Python, a setting is an attribute without `set_`, and lines, variables and files are mappings.
+        attributes = {name for name in cells["Python"] or () if re.fullmatch(r"\w+", name)}
+        if names and attributes and not attributes & {re.sub("^set_", "", name) for those in names for name in those}:
+            wrong.append("%s: Python has another name: %s" % (operation, sorted(attributes)))
         shown = [" ".join("`%s`" % name for name in cells[client]) if cells[client] else "`call`" for client in CLIENTS]
         around = [row["ctl"][-1].replace("|", "\\|") if row["ctl"] else "", embedded.get(operation, ""), " ".join(row["assistants"])]
         shown = ["`%s`" % name if name else "none" for name in around[:2]] + shown + ["`%s`" % name if name else "none" for name in around[2:]]

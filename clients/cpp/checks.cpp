@@ -142,7 +142,7 @@ void control() {
     const Robot& robot = cell.fresh();
     robot.put_file("ASK", ask);
     expect("a file", ask, robot.file("ASK"));
-    robot.select("ASK");
+    robot.select_file("ASK");
     robot.set_variable("COUNT", 7);
     expect("a variable", 7.0, robot.variable("COUNT").at(0));
     robot.set_servo(true);
@@ -155,7 +155,7 @@ void control() {
     robot.restore_snapshot("set");
     expect("a snapshot restores all of it", "0 50", Json::number(robot.clock().now) + " " + std::to_string(robot.state()["override_percent"].as_int()));
     expect("a wait that is not met", "`output 5 on` was not met within 0 s of virtual time: the clock is stepped and stopped at 0 s; ASK is stop (reset), line 9; "
-           "alarms: none; outputs on: 250 255 256 260; the pendant printed nothing", thrown<ts3100::NotReached>([&] { robot.wait("output 5 on", 0); }));
+           "alarms: none; outputs on: 250 255 256 260; the pendant printed nothing", thrown<ts3100::NotReached>([&] { robot.wait_until("output 5 on", 0); }));
     robot.raise_alarm("2-046");
     expect("an alarm", "2-046", robot.alarms().at(0).number);
     robot.reset_alarms();
@@ -182,7 +182,7 @@ void dialogue() {
     const Robot one(cell.robot.url() + "/robots/robot-1"), two(cell.robot.url() + "/robots/robot-2");
     expect("each robot has its address", false, one.address() == two.address());
     two.put_file("ASK", ask);
-    two.select("ASK");
+    two.select_file("ASK");
     ts3100::Channel channel = two.channel("ip1"), line = two.channel("com1");
     two.start_program();
     channel.timeout(ts3100::milliseconds(100));
@@ -193,13 +193,13 @@ void dialogue() {
     channel.send_line("2.5");
     expect("lines before the expected one are dropped", "THAT IS       2.500", channel.wait_for_line("2.500"));
     two.put_file("ASK", "PROGRAM ASK\nPRINT IP1, \"HALF\"\nDELAY 1\nPRINT IP1, \"DONE\", CR\nEND\n");
-    two.select("ASK");
+    two.select_file("ASK");
     two.start_program();
     expect("half a line is shown", 0, static_cast<int>(thrown<ts3100::NoReply>([&] { channel.read_line(); }).find("IP1: expected a line within 0.1 s, found `HALF`: ")));
     two.advance(1);
     expect("and kept", "HALFDONE", channel.read_line());
     two.put_file("ASK", "PROGRAM ASK\nPRINT COM1, \"ONE\", CR\nEND\n");
-    two.select("ASK");
+    two.select_file("ASK");
     two.start_program();
     two.advance(1);  // a serial line takes its time
     expect("COM1 as bare TCP", "ONE", line.read_line());

@@ -1117,16 +1117,16 @@ public:
     void set_control_right(const std::string& holder) const { call("put_control_right", {{"holder", holder}}); }
     bool emergency_stop() const { return call("get_emergency_stop")["pressed"].as_bool(); }
     void set_emergency_stop(bool pressed) const { call("put_emergency_stop", {{"pressed", pressed}}); }
-    bool safety_switch_open() const { return call("get_safety_switch")["open"].as_bool(); }
-    void set_safety_switch_open(bool open) const { call("put_safety_switch", {{"open", open}}); }
+    bool safety_switch() const { return call("get_safety_switch")["open"].as_bool(); }
+    void set_safety_switch(bool open) const { call("put_safety_switch", {{"open", open}}); }
     bool servo() const { return call("get_servo")["on"].as_bool(); }
     void set_servo(bool on) const { call("put_servo", {{"on", on}}); }
     bool feed_hold() const { return call("get_feed_hold")["on"].as_bool(); }
     void set_feed_hold(bool on) const { call("put_feed_hold", {{"on", on}}); }
     bool machine_lock() const { return call("get_machine_lock")["on"].as_bool(); }
     void set_machine_lock(bool on) const { call("put_machine_lock", {{"on", on}}); }
-    bool battery_low() const { return call("get_battery")["low"].as_bool(); }
-    void set_battery_low(bool low) const { call("put_battery", {{"low", low}}); }
+    bool battery() const { return call("get_battery")["low"].as_bool(); }
+    void set_battery(bool low) const { call("put_battery", {{"low", low}}); }
     int override() const { return call("get_override")["percent"].as_int(); }
     void set_override(int percent) const { call("put_override", {{"percent", percent}}); }
     /// continuous, cycle, step or segment.
@@ -1152,16 +1152,16 @@ public:
     Program program() const { return Program(call("get_program")); }
     /// running, stop (reset), stop (retry) or stop (continue).
     std::string status() const { return program().status; }
-    void select(const std::string& name) const { call("select_file", {{"name", name}}); }
+    void select_file(const std::string& name) const { call("select_file", {{"name", name}}); }
     void start_program() const { call("start_program"); }
     void stop_program() const { call("stop_program"); }
     void step_program() const { call("step_program"); }
     /// Runs the program and stops before this line.
-    void run_to(int line) const { call("run_program_to", {{"line", line}}); }
+    void run_program_to(int line) const { call("run_program_to", {{"line", line}}); }
     /// What programs have printed on the teach pendant.
     std::string pendant() const { return call("get_pendant")["text"].as_string(); }
     /// Types at the teach pendant, for INPUT without a channel; \r ends a value.
-    void type_keys(const std::string& keys) const { call("press_keys", {{"keys", keys}}); }
+    void press_keys(const std::string& keys) const { call("press_keys", {{"keys", keys}}); }
     /// Presses a key that moves the arm, plus or minus, until stop_jog() or for one step.
     void jog(int axis, const std::string& direction, const std::string& coordinates = "joint", const std::string& speed = "slow", bool inching = false) const {
         call("jog_arm", {{"axis", axis}, {"direction", direction}, {"coordinates", coordinates}, {"speed", speed}, {"inching", inching}});
@@ -1195,7 +1195,8 @@ public:
     bool output(int line) const { return call("get_output", {{"line", line}})["on"].as_bool(); }
     std::vector<double> outputs() const { return call("get_outputs")["on"].as_doubles(); }
     void set_output(int line, bool on) const { call("put_output", {{"line", line}, {"on", on}}); }
-    void pulse_output(int line, double seconds, bool on = true) const { call("pulse_output", {{"line", line}, {"seconds", seconds}, {"on", on}}); }
+    /// Turns a user output on, and off after this much virtual time.
+    void pulse_output(int line, double seconds) const { call("pulse_output", {{"line", line}, {"seconds", seconds}}); }
     void force_output(int line, bool on) const { call("force_output", {{"line", line}, {"on", on}}); }
     void release_output(int line) const { call("release_output", {{"line", line}}); }
     /// The values of a variable of the selected file.
@@ -1209,7 +1210,7 @@ public:
         call("put_position", {{"name", name}, {"value", value}, {"restore", restore}});
     }
     /// A position becomes the present one.
-    void teach(const std::string& name, bool restore = false) const { call("teach_position", {{"name", name}, {"restore", restore}}); }
+    void teach_position(const std::string& name, bool restore = false) const { call("teach_position", {{"name", name}, {"restore", restore}}); }
     std::string file(const std::string& name) const { return call("get_file", {{"name", name}})["text"].as_string(); }
     /// The names of the files of the RAM drive.
     std::vector<std::string> files() const { return names(call("get_files")["files"]); }
@@ -1258,7 +1259,7 @@ public:
     /// seconds of virtual time.
     Reached advance_until(const std::string& condition, double within = 60) const { return await("advance_time_until", condition, within); }
     /// Waits for a condition while time passes by itself. Throws NotReached.
-    Reached wait(const std::string& condition, double within = 60) const { return await("wait_until", condition, within); }
+    Reached wait_until(const std::string& condition, double within = 60) const { return await("wait_until", condition, within); }
     std::vector<std::string> snapshots() const { return names(call("get_snapshots")["snapshots"]); }
     void take_snapshot(const std::string& name) const { call("put_snapshot", {{"name", name}}); }
     /// Returns to a snapshot; hosts stay connected, findings and transcript continue.

@@ -140,9 +140,9 @@ namespace Ts3100
         /// <summary>Sets it.</summary>
         public void SetEmergencyStop(bool value) { Call("put_emergency_stop", "pressed", value); }
         /// <summary>Whether the safety switch is open.</summary>
-        public bool SafetySwitchOpen() { return Call("get_safety_switch")["open"].AsBool(); }
-        /// <summary>Sets it.</summary>
-        public void SetSafetySwitchOpen(bool value) { Call("put_safety_switch", "open", value); }
+        public bool SafetySwitch() { return Call("get_safety_switch")["open"].AsBool(); }
+        /// <summary>Opens or closes it.</summary>
+        public void SetSafetySwitch(bool open) { Call("put_safety_switch", "open", open); }
         /// <summary>Whether servo power is on.</summary>
         public bool Servo() { return Call("get_servo")["on"].AsBool(); }
         /// <summary>Sets it.</summary>
@@ -156,9 +156,9 @@ namespace Ts3100
         /// <summary>Sets it.</summary>
         public void SetMachineLock(bool value) { Call("put_machine_lock", "on", value); }
         /// <summary>Whether the battery of the RAM drive is low.</summary>
-        public bool BatteryLow() { return Call("get_battery")["low"].AsBool(); }
-        /// <summary>Sets it.</summary>
-        public void SetBatteryLow(bool value) { Call("put_battery", "low", value); }
+        public bool Battery() { return Call("get_battery")["low"].AsBool(); }
+        /// <summary>Sets it to low or ok.</summary>
+        public void SetBattery(bool low) { Call("put_battery", "low", low); }
         /// <summary>The override in percent.</summary>
         public int Override() { return Call("get_override")["percent"].AsInt(); }
         /// <summary>Sets it.</summary>
@@ -195,7 +195,7 @@ namespace Ts3100
         /// <summary><c>running</c>, <c>stop (reset)</c>, <c>stop (retry)</c> or <c>stop (continue)</c>.</summary>
         public string Status() { return Program().Status; }
         /// <summary>Selects a file of the RAM drive.</summary>
-        public void Select(string name) { Call("select_file", "name", name); }
+        public void SelectFile(string name) { Call("select_file", "name", name); }
         /// <summary>Presses START.</summary>
         public void StartProgram() { Call("start_program"); }
         /// <summary>Presses STOP.</summary>
@@ -203,11 +203,11 @@ namespace Ts3100
         /// <summary>Runs one step.</summary>
         public void StepProgram() { Call("step_program"); }
         /// <summary>Runs the program and stops before this line.</summary>
-        public void RunTo(int line) { Call("run_program_to", "line", line); }
+        public void RunProgramTo(int line) { Call("run_program_to", "line", line); }
         /// <summary>What programs have printed on the teach pendant.</summary>
         public string Pendant() { return Call("get_pendant")["text"].AsString(); }
         /// <summary>Types at the teach pendant, for INPUT without a channel; <c>\r</c> ends a value.</summary>
-        public void TypeKeys(string keys) { Call("press_keys", "keys", keys); }
+        public void PressKeys(string keys) { Call("press_keys", "keys", keys); }
         /// <summary>Presses a key that moves the arm, <c>plus</c> or <c>minus</c>, until <see cref="StopJog"/> or for one step.</summary>
         public void Jog(int axis, string direction, string coordinates = "joint", string speed = "slow", bool inching = false)
         {
@@ -255,8 +255,8 @@ namespace Ts3100
         public double[] Outputs() { return Call("get_outputs")["on"].AsDoubles(); }
         /// <summary>Sets a user output, as IW does.</summary>
         public void SetOutput(int line, bool on) { Call("put_output", "line", line, "on", on); }
-        /// <summary>Sets a line and sets it back after this much virtual time.</summary>
-        public void PulseOutput(int line, double seconds, bool on = true) { Call("pulse_output", "line", line, "seconds", seconds, "on", on); }
+        /// <summary>Turns a user output on, and off after this much virtual time.</summary>
+        public void PulseOutput(int line, double seconds) { Call("pulse_output", "line", line, "seconds", seconds); }
         /// <summary>The line shows this state, whatever drives it, until it is released.</summary>
         public void ForceOutput(int line, bool on) { Call("force_output", "line", line, "on", on); }
         /// <summary>Ends forcing.</summary>
@@ -274,7 +274,7 @@ namespace Ts3100
         /// <summary>Sets a position of the selected file.</summary>
         public void SetPosition(string name, params double[] values) { Call("put_position", "name", name, "value", values); }
         /// <summary>Teaches a position: it becomes where the arm is.</summary>
-        public void Teach(string name) { Call("teach_position", "name", name); }
+        public void TeachPosition(string name, bool restore = false) { Call("teach_position", "name", name, "restore", restore); }
         /// <summary>The text of a file of the RAM drive.</summary>
         public string File(string name) { return Call("get_file", "name", name)["text"].AsString(); }
         /// <summary>The names of the files of the RAM drive.</summary>
@@ -331,7 +331,7 @@ namespace Ts3100
 
         /// <summary>Waits for a condition while time passes by itself.</summary>
         /// <exception cref="NotReachedException">It was not met within that much virtual time.</exception>
-        public Reached Wait(string condition, double within = 60) { return Await("wait_until", condition, within); }
+        public Reached WaitUntil(string condition, double within = 60) { return Await("wait_until", condition, within); }
 
         /// <summary>The names of the snapshots.</summary>
         public IList<string> Snapshots() { return Call("get_snapshots")["snapshots"].Select(one => one["name"].AsString()).ToArray(); }

@@ -153,11 +153,11 @@ static class Checks
             robot.Reset();
             robot.PutFile("ASK", Ask.Replace("\n", "\r\n"));
             Equal("a file comes back with LF", Ask, robot.File("ASK"));
-            robot.Select("ASK");
+            robot.SelectFile("ASK");
             robot.SetVariable("COUNT", 7);
             Equal("a variable", 7.0, robot.Variable("COUNT").Single());
             robot.SetServo(true);
-            robot.Teach("A1");
+            robot.TeachPosition("A1");
             Equal("a taught position", "408.509", Text(robot.Position("A1")[0]));
             robot.TakeSnapshot("taught");
             robot.SetOutput(5, true);
@@ -168,7 +168,7 @@ static class Checks
             robot.RestoreSnapshot("taught");
             Equal("a snapshot restores the output", false, robot.Output(5));
             Equal("a wait that is not met", "`output 5 on` was not met within 0 s of virtual time: the clock is stepped and stopped at 0 s; ASK is stop "
-                + "(reset), line 26; alarms: none; outputs on: 250 255 256 260; the pendant printed nothing", Thrown<NotReachedException>(() => robot.Wait("output 5 on", 0)));
+                + "(reset), line 26; alarms: none; outputs on: 250 255 256 260; the pendant printed nothing", Thrown<NotReachedException>(() => robot.WaitUntil("output 5 on", 0)));
             robot.RaiseAlarm("2-046");
             Equal("an alarm", "2-046", robot.Alarms().Single().Number);
             robot.ResetAlarms();
@@ -176,11 +176,11 @@ static class Checks
             Equal("a refusal in the emulator's words", "cannot turn the servo on: the emergency stop is pressed",
                 Thrown<ControlException>(() => robot.SetServo(true)));
             robot.SetEmergencyStop(false);
-            robot.SetSafetySwitchOpen(true);
-            Equal("a setting is read", true, robot.SafetySwitchOpen());
+            robot.SetSafetySwitch(true);
+            Equal("a setting is read", true, robot.SafetySwitch());
             robot.SetKeySwitch("internal");
             robot.SetControlRight("sig");
-            robot.SetBatteryLow(true);
+            robot.SetBattery(true);
             robot.PowerOff();
             robot.PowerOn();
             robot.ClearFaults();
@@ -208,7 +208,7 @@ static class Checks
                 Equal("the robot of exec", 100, robot.Override());
             Equal("each robot has its address", false, one.Address().Port == two.Address().Port);
             two.PutFile("ASK", Ask);
-            two.Select("ASK");
+            two.SelectFile("ASK");
             using (Channel channel = two.Channel("ip1"))
             using (Channel line = two.Channel("com1"))
             {
@@ -221,13 +221,13 @@ static class Checks
                 channel.SendLine("2.5");
                 Equal("lines before the expected one are dropped", "THAT IS       2.500", channel.WaitForLine("2.500"));
                 two.PutFile("ASK", "PROGRAM ASK\nPRINT IP1, \"HALF\"\nDELAY 1\nPRINT IP1, \"DONE\", CR\nEND\n");
-                two.Select("ASK");
+                two.SelectFile("ASK");
                 two.StartProgram();
                 Equal("half a line is shown", true, Thrown<NoReplyException>(() => channel.ReadLine()).StartsWith("IP1: expected a line within 0.1 s, found `HALF`: "));
                 two.Advance(1);
                 Equal("and kept", "HALFDONE", channel.ReadLine());
                 two.PutFile("ASK", "PROGRAM ASK\nPRINT COM1, \"ONE\", CR\nEND\n");
-                two.Select("ASK");
+                two.SelectFile("ASK");
                 two.StartProgram();
                 two.Advance(1); // a serial line takes its time
                 Equal("COM1 as bare TCP", "ONE", line.ReadLine());

@@ -101,7 +101,7 @@ test("a wait that times out says what is there instead", async () => {
   await robot.reset("stepped");
   await robot.setServo(true);
   await robot.putFile("ASK", ASK);
-  await robot.select("ASK");
+  await robot.selectFile("ASK");
   const channel = await robot.channel("ip1", { timeout: 0.1 });
   await robot.startProgram();
   const stopped = "the clock is stepped and stopped at 0 s; ASK is running, line 7, an INPUT waits for IP1; alarms: none; outputs on: ";
@@ -112,7 +112,7 @@ test("a wait that times out says what is there instead", async () => {
   await channel.sendLine("2.5");
   assert.equal(await channel.waitForLine("THAT IS"), "THAT IS       2.500");
   await robot.putFile("ASK", 'PROGRAM ASK\nPRINT IP1, "HALF"\nDELAY 1\nPRINT IP1, "DONE", CR\nEND\n');
-  await robot.select("ASK");
+  await robot.selectFile("ASK");
   await robot.startProgram();
   await assert.rejects(channel.readLine(), ({ message }) => message.startsWith("IP1: expected a line within 0.1 s, found `HALF`: "));
   await robot.advance(1);
@@ -130,7 +130,7 @@ test("a wait that takes too long in wall-clock time", async () => {
     answer.writeHead(status, { "content-type": "application/json" }).end(JSON.stringify(document));
   }).listen(0, "127.0.0.1");
   await once(busy, "listening");
-  await assert.rejects(new Robot(`http://127.0.0.1:${busy.address().port}`).wait("idle"), { name: "NotReached", message: "`idle` was not met within 30 s "
+  await assert.rejects(new Robot(`http://127.0.0.1:${busy.address().port}`).waitUntil("idle"), { name: "NotReached", message: "`idle` was not met within 30 s "
     + "of wall-clock time: the clock is stepped and stopped at 1 s; no file is selected; alarms: none; outputs on: none; the pendant printed nothing" });
   busy.close();
 });
@@ -157,7 +157,7 @@ test("one of several robots, and COM1 as bare TCP", async () => {
   assert.notEqual((await one.address()).port, (await two.address()).port);
   await two.setServo(true);
   await two.putFile("ASK", ASK.replaceAll("IP1", "COM1"));
-  await two.select("ASK");
+  await two.selectFile("ASK");
   const channel = await two.channel("com1");
   await two.startProgram();
   assert.equal(await channel.readLine(), "HOW FAR?");
@@ -168,7 +168,7 @@ test("one of several robots, and COM1 as bare TCP", async () => {
 
 test("variables, alarms, snapshots, the log", async () => {
   await robot.putFile("ASK", "GLOBAL\nCOUNT = 3\nEND\nPROGRAM ASK\nEND\n");
-  await robot.select("ASK");
+  await robot.selectFile("ASK");
   await robot.setVariable("COUNT", 7);
   await robot.takeSnapshot("seven");
   await robot.setVariable("COUNT", 8);

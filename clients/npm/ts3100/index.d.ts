@@ -159,16 +159,16 @@ export class Robot {
   setControlRight(holder: RightHolder): Promise<void>;
   emergencyStop(): Promise<boolean>;
   setEmergencyStop(pressed: boolean): Promise<void>;
-  safetySwitchOpen(): Promise<boolean>;
-  setSafetySwitchOpen(open: boolean): Promise<void>;
+  safetySwitch(): Promise<boolean>;
+  setSafetySwitch(open: boolean): Promise<void>;
   servo(): Promise<boolean>;
   setServo(on: boolean): Promise<void>;
   feedHold(): Promise<boolean>;
   setFeedHold(on: boolean): Promise<void>;
   machineLock(): Promise<boolean>;
   setMachineLock(on: boolean): Promise<void>;
-  batteryLow(): Promise<boolean>;
-  setBatteryLow(low: boolean): Promise<void>;
+  battery(): Promise<boolean>;
+  setBattery(low: boolean): Promise<void>;
   override(): Promise<number>;
   setOverride(percent: number): Promise<void>;
   runMode(): Promise<RunMode>;
@@ -194,18 +194,18 @@ export class Robot {
   program(): Promise<ProgramStatus>;
   /** The execution status. */
   status(): Promise<ExecutionStatus>;
-  select(name: string): Promise<void>;
+  selectFile(name: string): Promise<void>;
   /** Presses START. */
   startProgram(): Promise<void>;
   /** Presses STOP. */
   stopProgram(): Promise<void>;
   stepProgram(): Promise<void>;
   /** Runs the program and stops before this line. */
-  runTo(line: number): Promise<void>;
+  runProgramTo(line: number): Promise<void>;
   /** What programs have printed on the teach pendant. */
   pendant(): Promise<string>;
   /** Types at the teach pendant, for INPUT without a channel; \r ends a value. */
-  typeKeys(keys: string): Promise<void>;
+  pressKeys(keys: string): Promise<void>;
   /** Presses a key that moves the arm, until stopJog or for one step. */
   jog(axis: number, direction: "plus" | "minus", options?: { coordinates?: JogCoordinates; speed?: JogSpeed; inching?: boolean }): Promise<void>;
   stopJog(): Promise<void>;
@@ -248,7 +248,7 @@ export class Robot {
   positions(): Promise<Variable[]>;
   setPosition(name: string, value: number[], restore?: boolean): Promise<void>;
   /** A position becomes the present one. */
-  teach(name: string, restore?: boolean): Promise<void>;
+  teachPosition(name: string, restore?: boolean): Promise<void>;
   /** The text of a file; absent if it is not UTF-8. */
   file(name: string): Promise<string | null | undefined>;
   /** The names of the files of the RAM drive. */
@@ -276,7 +276,7 @@ export class Robot {
   /** Advances a stopped clock until a condition is met, such as `output 5 on`; throws NotReached after a number of seconds of virtual time, default 60. */
   advanceUntil(condition: WaitFor["condition"], within?: number): Promise<WaitResult>;
   /** Waits for a condition while time passes by itself; throws NotReached. */
-  wait(condition: WaitFor["condition"], within?: number): Promise<WaitResult>;
+  waitUntil(condition: WaitFor["condition"], within?: number): Promise<WaitResult>;
   snapshots(): Promise<string[]>;
   takeSnapshot(name: string): Promise<void>;
   /** Returns to a snapshot; hosts stay connected, findings and transcript continue. */

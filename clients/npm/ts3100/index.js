@@ -61,16 +61,16 @@ class Robot {
   async setControlRight(holder) { await this.call("put_control_right", { holder }); }
   async emergencyStop() { return (await this.call("get_emergency_stop")).pressed; }
   async setEmergencyStop(pressed) { await this.call("put_emergency_stop", { pressed }); }
-  async safetySwitchOpen() { return (await this.call("get_safety_switch")).open; }
-  async setSafetySwitchOpen(open) { await this.call("put_safety_switch", { open }); }
+  async safetySwitch() { return (await this.call("get_safety_switch")).open; }
+  async setSafetySwitch(open) { await this.call("put_safety_switch", { open }); }
   async servo() { return (await this.call("get_servo")).on; }
   async setServo(on) { await this.call("put_servo", { on }); }
   async feedHold() { return (await this.call("get_feed_hold")).on; }
   async setFeedHold(on) { await this.call("put_feed_hold", { on }); }
   async machineLock() { return (await this.call("get_machine_lock")).on; }
   async setMachineLock(on) { await this.call("put_machine_lock", { on }); }
-  async batteryLow() { return (await this.call("get_battery")).low; }
-  async setBatteryLow(low) { await this.call("put_battery", { low }); }
+  async battery() { return (await this.call("get_battery")).low; }
+  async setBattery(low) { await this.call("put_battery", { low }); }
   async override() { return (await this.call("get_override")).percent; }
   async setOverride(percent) { await this.call("put_override", { percent }); }
   async runMode() { return (await this.call("get_run_mode")).mode; }
@@ -89,13 +89,13 @@ class Robot {
   async reset(mode) { await this.call("reset_emulator", mode ? { mode } : {}); }
   program() { return this.call("get_program"); }
   async status() { return (await this.program()).status; }
-  async select(name) { await this.call("select_file", { name }); }
+  async selectFile(name) { await this.call("select_file", { name }); }
   async startProgram() { await this.call("start_program"); }
   async stopProgram() { await this.call("stop_program"); }
   async stepProgram() { await this.call("step_program"); }
-  async runTo(line) { await this.call("run_program_to", { line }); }
+  async runProgramTo(line) { await this.call("run_program_to", { line }); }
   async pendant() { return (await this.call("get_pendant")).text; }
-  async typeKeys(keys) { await this.call("press_keys", { keys }); }
+  async pressKeys(keys) { await this.call("press_keys", { keys }); }
   async jog(axis, direction, options) { await this.call("jog_arm", { axis, direction, coordinates: "joint", speed: "slow", ...options }); }
   async stopJog() { await this.call("stop_jog"); }
   pose() { return this.call("get_pose"); }
@@ -129,7 +129,7 @@ class Robot {
   async position(name) { return (await this.call("get_position", { name })).value; }
   positions() { return this.call("get_positions"); }
   async setPosition(name, value, restore = false) { await this.call("put_position", { name, value, restore }); }
-  async teach(name, restore = false) { await this.call("teach_position", { name, restore }); }
+  async teachPosition(name, restore = false) { await this.call("teach_position", { name, restore }); }
   async file(name) { return (await this.call("get_file", { name })).text; }
   async files() { return (await this.call("get_files")).files.map((file) => file.name); }
   async putFile(name, text) { await this.call("put_file", { name, text }); }
@@ -160,7 +160,7 @@ class Robot {
   clock() { return this.call("get_clock"); }
   async advance(seconds) { await this.call("advance_time", { seconds, wall: WALL_S }); }
   advanceUntil(condition, within = WITHIN_S) { return this.#await("advance_time_until", condition, within); }
-  wait(condition, within = WITHIN_S) { return this.#await("wait_until", condition, within); }
+  waitUntil(condition, within = WITHIN_S) { return this.#await("wait_until", condition, within); }
   async snapshots() { return (await this.call("get_snapshots")).snapshots.map((one) => one.name); }
   async takeSnapshot(name) { await this.call("put_snapshot", { name }); }
   async restoreSnapshot(name) { await this.call("restore_snapshot", { name }); }

@@ -325,7 +325,7 @@ def test_several_async_hosts_at_a_time(robot: Robot) -> None:
             waiting = asyncio.ensure_future(host.wait_for_stop(5))
             await asyncio.sleep(0)
             robot.servo = True
-            robot.select("DEMO")
+            robot.select_file("DEMO")
             robot.start_program()
             robot.advance_until("idle")
             robot.advance(0.3)
@@ -372,6 +372,6 @@ def test_a_host_in_a_thread(robot: Robot, connect: Connect) -> None:
     host = connect()
     pressed = threading.Timer(0.1, lambda: setattr(robot, "emergency_stop", True))
     pressed.start()
-    robot.wait("alarm 8-014", within=5)
+    robot.wait_until("alarm 8-014", within=5)
     pressed.join()
     assert host.total_status().emergency_stop

@@ -100,7 +100,7 @@ def test_findings_of_the_end_of_a_host(user: pytest.Pytester) -> None:
         def own_host(robot):
             with socket.create_connection(robot.address()) as host:
                 yield host
-            robot.wait("disconnected IP0", within=5)
+            robot.wait_until("disconnected IP0", within=5)
 
         @pytest.mark.ts3100(deny="left-in-exchange")
         def test_leaves(own_host):
@@ -129,7 +129,7 @@ def test_every_test_has_a_fresh_robot(user: pytest.Pytester) -> None:
             assert robot.key_switch == "ext" and not robot.servo
             assert robot.snapshots == []
             robot.files.load("pick.scol")
-            robot.select("PICK")
+            robot.select_file("PICK")
             robot.arm_fault("ng:command=SU")
             robot.inputs.force(7, True)
             robot.override = 30
@@ -214,7 +214,7 @@ def test_configuration(user: pytest.Pytester, monkeypatch: pytest.MonkeyPatch) -
         def test_a(robot):
             assert (robot.time_mode, robot.program.file, robot.servo) == ("stepped", "PICK", True)
             robot.servo = False
-            robot.select("PICK")
+            robot.select_file("PICK")
 
         def test_b(robot, host):
             assert robot.servo

@@ -38,14 +38,14 @@ pytestmark = pytest.mark.ts3100(time="stepped", deny="none")
 @pytest.fixture
 def pick(robot: Robot) -> Robot:
     robot.files["PICK"] = PROGRAM
-    robot.select("PICK")
+    robot.select_file("PICK")
     robot.servo = True
     return robot
 
 
 SETTINGS = [("key_switch", "ext", "teaching"), ("control_right", "ether", "sig"), ("emergency_stop", False, True),
-            ("safety_switch_open", False, True), ("servo", False, True), ("feed_hold", False, True), ("machine_lock", False, True),
-            ("battery_low", False, True), ("override", 100, 35), ("run_mode", "cycle", "step"), ("time_mode", "stepped", "auto")]
+            ("safety_switch", False, True), ("servo", False, True), ("feed_hold", False, True), ("machine_lock", False, True),
+            ("battery", False, True), ("override", 100, 35), ("run_mode", "cycle", "step"), ("time_mode", "stepped", "auto")]
 
 
 @pytest.mark.parametrize("name, before, after", SETTINGS)
@@ -59,7 +59,7 @@ def test_any_operation_is_called_by_its_name(robot: Robot) -> None:
     assert robot.call("put_input", {"line": 5, "on": True})["on"] and 5 in robot.inputs.on
     assert robot.call("get_events", {"since": 1, "count": 1}).startswith("event:")
     robot.files["PICK"] = PROGRAM
-    robot.select("PICK")
+    robot.select_file("PICK")
     assert robot.call("get_variable", {"name": "TBL(2)"})["name"] == "TBL"
     for operation, arguments, message in (("get_inputt", {}, "unknown operation 'get_inputt'; did you mean 'get_input'?"),
                                           ("get_input", {}, "get_input needs the argument 'line'"),
@@ -71,12 +71,12 @@ def test_any_operation_is_called_by_its_name(robot: Robot) -> None:
 
 def test_a_wait_that_times_out_says_what_is_there_instead(pick: Robot) -> None:
     pick.files["ASK"] = 'PROGRAM ASK\nPRINT IP1, "WHERE", CR\nDELAY 1\nPRINT IP1, "THERE", CR\nINPUT IP1, X\nEND\n'
-    pick.select("ASK")
+    pick.select_file("ASK")
     stopped = "the clock is stepped and stopped at 0 s; ASK is running, line 3; alarms: none; outputs on: "
     with pick.channel("ip1") as channel:
         pick.start_program()
         with pytest.raises(NotReached) as error:
-            pick.wait("printed WHERE", wall=0.1)
+            pick.wait_until("printed WHERE", wall=0.1)
         assert str(error.value).startswith(f"`printed WHERE` was not met within 0.1 s of wall-clock time: {stopped}")
         assert str(error.value).endswith("; IP1 printed WHERE<CR>, the pendant nothing")
         assert channel.wait_for_line("WHERE") == "WHERE"
@@ -88,7 +88,7 @@ def test_a_wait_that_times_out_says_what_is_there_instead(pick: Robot) -> None:
             channel.wait_for_line("EVER", timeout=0.1)
         channel.send_line("1")
         pick.files["ASK"] = 'PROGRAM ASK\nPRINT IP1, "HALF"\nDELAY 1\nPRINT IP1, "DONE", CR\nEND\n'
-        pick.select("ASK")
+        pick.select_file("ASK")
         pick.start_program()
         with pytest.raises(NoReply, match="IP1: expected a line within 0.1 s, found `HALF`: "):
             channel.read_line(timeout=0.1)
@@ -98,13 +98,13 @@ def test_a_wait_that_times_out_says_what_is_there_instead(pick: Robot) -> None:
             host.wait_for_stop()
         pick.time_mode = "auto"
         with pytest.raises(NotReached, match="`output 9 on` was not met within 2 s of virtual time: the clock runs .auto. and is at"):
-            pick.wait("output 9 on", within=2)
+            pick.wait_until("output 9 on", within=2)
 
 
 def test_a_channel_reads_and_sends_lines(pick: Robot) -> None:
     pick.time_mode = "auto"
     pick.files["ASK"] = 'PROGRAM ASK\nPRINT IP2, "ONE", CR\nPRINT IP2, "TWO", CR\nINPUT IP2, X, Y\nPRINT IP2, X + Y, CR\nEND\n'
-    pick.select("ASK")
+    pick.select_file("ASK")
     with pick.channel("ip2") as channel:
         pick.start_program()
         assert [channel.read_line(), channel.read_line()] == ["ONE", "TWO"]
@@ -115,7 +115,7 @@ def test_a_channel_reads_and_sends_lines(pick: Robot) -> None:
             channel.read_line()
     with Robot.start(flags=["--serial-com1-tcp=127.0.0.1:0", "--time=auto"], servo_on=True) as robot:
         robot.files["ASK"] = 'PROGRAM ASK\nPRINT COM1, "ONE", CR\nEND\n'
-        robot.select("ASK")
+        robot.select_file("ASK")
         with robot.channel("com1") as line:
             robot.start_program()
             assert line.read_line() == "ONE"
@@ -139,7 +139,7 @@ def test_a_refused_call_says_why(robot: Robot) -> None:
         robot.override = 130
     assert refused.value.status in (409, 422) and "percent" in str(refused.value.where or refused.value)
     with pytest.raises(Refused) as refused:
-        robot.select("NOSUCH")
+        robot.select_file("NOSUCH")
     assert refused.value.status == 404
 
 
@@ -149,7 +149,7 @@ def test_a_program_is_driven(pick: Robot) -> None:
     assert pick.status == "running"
     assert pick.advance_until("output 5 on").passed == 0
     assert pick.outputs[5] and 5 in pick.outputs.on
-    pick.type_keys("12\r")
+    pick.press_keys("12\r")
     pick.advance(0.1)
     assert pick.pendant.split() == ["GOT", "12"]
     assert (pick.variables["COUNT"], pick.variables["TBL(2)"]) == (12, 4)
@@ -167,9 +167,9 @@ def test_time_passes_by_itself(pick: Robot) -> None:
     pick.time_mode = "auto"
     started = time.monotonic()
     pick.start_program()
-    pick.type_keys("1\r")
+    pick.press_keys("1\r")
     # A state: unlike the line, it still holds if it began before the wait.
-    pick.wait("alarm 2-046", within=100)
+    pick.wait_until("alarm 2-046", within=100)
     assert pick.clock.now >= 60 and time.monotonic() - started < 20
 
 
@@ -261,7 +261,7 @@ def test_channels_power_and_snapshots(robot: Robot) -> None:
 def test_events_come_as_they_happen(robot: Robot) -> None:
     events = robot.events(timeout=5)
     robot.servo = True
-    robot.select("DEMO")
+    robot.select_file("DEMO")
     first, second = next(events), next(events)
     assert (first.event, first.fields["on"], second.event) == ("servo", True, "selected")
     assert list(robot.events(since=first.seq, count=2)) == [first, second]
@@ -277,11 +277,11 @@ def test_events_come_as_they_happen(robot: Robot) -> None:
 def test_jogging_and_breakpoints(pick: Robot) -> None:
     pick.breakpoints = [9]
     pick.start_program()
-    pick.type_keys("1\r")
+    pick.press_keys("1\r")
     pick.advance(1)
     assert (pick.status, pick.breakpoints) == ("stop (continue)", [9])
     pick.step_program()
-    pick.run_to(11)
+    pick.run_program_to(11)
     pick.advance(70)
     assert pick.status == "stop (continue)"
     pick.key_switch = "teaching"
@@ -295,7 +295,7 @@ def test_jogging_and_breakpoints(pick: Robot) -> None:
 
 def test_several_threads_call_at_a_time(robot: Robot) -> None:
     robot.time_mode = "real"
-    waiting = threading.Thread(target=lambda: robot.wait("input 5 on", within=10))
+    waiting = threading.Thread(target=lambda: robot.wait_until("input 5 on", within=10))
     waiting.start()
     time.sleep(0.05)
     robot.inputs[5] = True

@@ -86,7 +86,7 @@ def hostile_page(emulator):
         if told:
             raise Failed("%s: no CORS header\n     found    %s" % (name, told))
     true("the emulator is as it was", emulator.robot.state["power"])
-    emulator.robot.battery_low = True
+    emulator.robot.battery = True
     status, _, body = ask(emulator, "GET", "/events?since=1&count=1", good)
     true("an event is sent to who has the token", status == 200 and body.startswith(b"event: "), body[:200])
 

@@ -267,9 +267,9 @@ def picture(browser, binary, path):
     with Emulator(binary, "--servo-on", "--time", "stepped") as emulator:
         robot = emulator.robot
         robot.files["PART"] = PROGRAM % POINTS["six-axis"]
-        robot.select("PART")
+        robot.select_file("PART")
         robot.start_program()
-        robot.type_keys("3\r")
+        robot.press_keys("3\r")
         page = opened(browser, emulator.url + "/#program")
         for _ in range(8):
             robot.advance(0.1)

@@ -202,7 +202,7 @@ class Session:
         mark = program.get_by_role("button", name="Breakpoint, line %d" % MOVES_P1)
         expect(mark).to_have_attribute("aria-pressed", "true")
         self.press(program.get_by_role("button", name="START"), "program/start")
-        self.robot.type_keys("1\r")
+        self.robot.press_keys("1\r")
         self.advance_until(lambda: self.robot.state["status"] != "running", "the breakpoint did not stop the program")
         self.line_is(MOVES_P1)
         self.press(program.get_by_role("button", name="Step", exact=True), "program/step")
@@ -318,7 +318,7 @@ class Session:
 
     def set_a_variable(self):
         self.robot.files["TUNED"] = "GLOBAL\n  RATIO = 0.00001234\nEND\nPROGRAM TUNED\nEND\n"
-        self.robot.select("TUNED")
+        self.robot.select_file("TUNED")
         self.view("Program")
         field = self.page.get_by_label("Value of RATIO")
         expect(field).to_have_value("0.00001234")

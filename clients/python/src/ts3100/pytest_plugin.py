@@ -240,7 +240,7 @@ def _prepare(test: _Test, robot: Robot) -> None:
     for path in _listed(wanted.get("load") or []):
         robot.files.load(test.path(path))
     if wanted.get("select"):
-        robot.select(wanted["select"])
+        robot.select_file(wanted["select"])
     if "servo_on" in wanted:
         robot.servo = wanted["servo_on"]
     for fault in _listed(wanted.get("faults") or []):

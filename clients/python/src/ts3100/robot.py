@@ -46,7 +46,7 @@ STOP_TIMEOUT = 10.0
 CALL_TIMEOUT = 10.0
 # The emulator closes an idle connection after 30 s.
 IDLE_LIMIT = 20.0
-# Defaults of `advance_until` and `wait`: virtual and wall-clock seconds.
+# Defaults of `advance_until` and `wait_until`: virtual and wall-clock seconds.
 WITHIN, WALL = 60.0, 30.0
 # The HTTP status of a wait that took longer than `wall`.
 TOO_LONG = 408
@@ -229,11 +229,11 @@ class Robot:
     key_switch = _Setting[str]("key_switch", "position")
     control_right = _Setting[str]("control_right", "holder")
     emergency_stop = _Setting[bool]("emergency_stop", "pressed")
-    safety_switch_open = _Setting[bool]("safety_switch", "open")
+    safety_switch = _Setting[bool]("safety_switch", "open")
     servo = _Setting[bool]("servo", "on")
     feed_hold = _Setting[bool]("feed_hold", "on")
     machine_lock = _Setting[bool]("machine_lock", "on")
-    battery_low = _Setting[bool]("battery", "low")
+    battery = _Setting[bool]("battery", "low")
     override = _Setting[int]("override", "percent")
     run_mode = _Setting[str]("run_mode", "mode")
     time_mode = _Setting[str]("clock", "mode")
@@ -502,7 +502,7 @@ class Robot:
         """The selected program."""
         return _record(Program, self.call("get_program"))
 
-    def select(self, name: str) -> None:
+    def select_file(self, name: str) -> None:
         """Selects a file of the RAM drive."""
         self.call("select_file", {"name": name})
 
@@ -518,7 +518,7 @@ class Robot:
         """Runs one step."""
         self.call("step_program")
 
-    def run_to(self, line: int) -> None:
+    def run_program_to(self, line: int) -> None:
         """Runs the program and stops before this line."""
         self.call("run_program_to", {"line": line})
 
@@ -527,7 +527,7 @@ class Robot:
         """What programs have printed on the teach pendant."""
         return str(self.call("get_pendant")["text"])
 
-    def type_keys(self, keys: str) -> None:
+    def press_keys(self, keys: str) -> None:
         """Types at the teach pendant, for INPUT without a channel; `\\r` is the key that ends a value."""
         self.call("press_keys", {"keys": keys})
 
@@ -599,7 +599,7 @@ class Robot:
         """Advances a stopped clock until a condition is met, such as `output 5 on`. Raises NotReached after `within` s."""
         return self._await("advance_time_until", condition, within, wall)
 
-    def wait(self, condition: Condition, within: float = WITHIN, *, wall: float = WALL) -> Reached:
+    def wait_until(self, condition: Condition, within: float = WITHIN, *, wall: float = WALL) -> Reached:
         """Waits for a condition while time passes by itself. Raises NotReached after `within` s of virtual time."""
         return self._await("wait_until", condition, within, wall)
 
