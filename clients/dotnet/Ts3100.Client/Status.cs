@@ -27,12 +27,13 @@ namespace Ts3100
             string[] fields = record.Split(',');
             if (fields.Length < 3)
                 throw new ProtocolException("alarm: expected number,message,date, found \"" + record + "\"");
-            Number = fields[0];
+            // The robot writes 002-046.
+            Number = fields[0].TrimStart('0');
             Message = fields[1];
             Date = fields[2];
         }
 
-        /// <summary>Level and code: <c>002-046</c>.</summary>
+        /// <summary>Level and code: <c>2-046</c>.</summary>
         public string Number { get; private set; }
 
         /// <summary>What the operator reads.</summary>

@@ -92,7 +92,7 @@ static class Checks
                 string.Join(",", total.Alarms), total.IsScara, total.Output(3), total.Input(201), total.Input(1)));
             Equal("SF: eight joints, and the tool point that the control interface shows", "8 408.509 293.282", total.Joints.Length
                 + " " + Text(total.World[0]) + " " + Text(total.World[2]));
-            Equal("AC", "001-200", host.Alarms().Single().Number);
+            Equal("AC", "1-200", host.Alarms().Single().Number);
             Equal("AH", 1, host.AlarmHistory().Count);
             host.Execute("MOVE POINT(400,50,250)");
             while (host.TotalStatus().Motion == Execution.Running) { }
