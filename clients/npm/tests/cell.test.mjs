@@ -135,6 +135,30 @@ test("a wait that takes too long in wall-clock time", async () => {
   busy.close();
 });
 
+test("what a robot, a host or a channel does not have cannot be set", async () => {
+  const [host, channel] = [await robot.host(), await robot.channel()];
+  for (const [one, name] of [[robot, "servo"], [new Robot(robot.controlUrl), "srvo"], [host, "puase"], [channel, "timeout"]]) {
+    assert.throws(() => { one[name] = true; }, { name: "TypeError", message: `Cannot add property ${name}, object is not extensible` });
+  }
+  host.pause = 0;
+  await host.close();
+  await channel.close();
+});
+
+test("a duration has the form of the command line", async () => {
+  await robot.reset("stepped");
+  for (const duration of [0.5, "0.5", "0.5 s", "500ms", "500000 us"]) {
+    const { now } = await robot.clock();
+    await robot.advance(duration);
+    assert.equal((await robot.clock()).now, now + 0.5);
+  }
+  await robot.pulseInput(5, "250 ms");
+  assert.equal((await robot.advanceUntil("input 5 off", "1 min")).passed, 0.25);
+  await assert.rejects(robot.waitUntil("idle", "soon"), { name: "TypeError",
+    message: "cannot read `soon` as a duration: expected seconds, or e.g. `5s`, `500 ms`, `1.5 s`" });
+  await robot.reset("real");
+});
+
 test("any operation is called by its name", async () => {
   assert.equal((await robot.call("put_input", { line: 5, on: true })).on, true);
   assert.match(await robot.call("get_events", { since: 1, count: 1 }), /^event:/);

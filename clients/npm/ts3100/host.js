@@ -93,7 +93,10 @@ class Link {
 /** The peer of a SCOL channel: reads what PRINT writes, and writes what INPUT reads, line by line. */
 class Channel {
   #link;
-  constructor(link) { this.#link = link; }
+  constructor(link) {
+    this.#link = link;
+    Object.preventExtensions(this);
+  }
   static async connect(address, port, options) { return new Channel(await Link.open(address, port, options)); }
 
   async sendLine(text) { this.#link.send(text + CR); }
@@ -148,7 +151,7 @@ class Host {
 
   constructor(link, { pause = 0.05, stx = true } = {}) {
     this.#link = link;
-    Object.assign(this, { pause, stx });
+    Object.preventExtensions(Object.assign(this, { pause, stx }));
   }
   static async connect(address, port, options = {}) { return new Host(await Link.open(address, port, options), options); }
 

@@ -34,6 +34,9 @@ export class NoReply extends Error {}
 /** A condition was not met in time; the message says what is there instead. */
 export class NotReached extends Error {}
 
+/** Seconds, or a text with its unit: "500 ms". */
+export type Duration = number | string;
+
 /** Any number of these is left out when it is the default. */
 export interface LinkOptions {
   /** Longest wait for an answer or a line, in seconds; default 5. */
@@ -229,14 +232,15 @@ export class Robot {
   inputs(): Promise<number[]>;
   setInput(line: number, on: boolean): Promise<void>;
   /** Sets a line and sets it back after this much virtual time. */
-  pulseInput(line: number, seconds: number, on?: boolean): Promise<void>;
+  pulseInput(line: number, duration: Duration, on?: boolean): Promise<void>;
   /** The line shows this state, whatever drives it, until it is released. */
   forceInput(line: number, on: boolean): Promise<void>;
   releaseInput(line: number): Promise<void>;
   output(line: number): Promise<boolean>;
   outputs(): Promise<number[]>;
   setOutput(line: number, on: boolean): Promise<void>;
-  pulseOutput(line: number, seconds: number, on?: boolean): Promise<void>;
+  /** Turns a user output on, and off after this much virtual time. */
+  pulseOutput(line: number, duration: Duration): Promise<void>;
   forceOutput(line: number, on: boolean): Promise<void>;
   releaseOutput(line: number): Promise<void>;
   /** The values of a variable of the selected file; absent if nothing was assigned yet. */
@@ -272,11 +276,11 @@ export class Robot {
   /** The virtual time, and how it passes. */
   clock(): Promise<Clock>;
   /** Advances a stopped clock. */
-  advance(seconds: number): Promise<void>;
-  /** Advances a stopped clock until a condition is met, such as `output 5 on`; throws NotReached after a number of seconds of virtual time, default 60. */
-  advanceUntil(condition: WaitFor["condition"], within?: number): Promise<WaitResult>;
+  advance(duration: Duration): Promise<void>;
+  /** Advances a stopped clock until a condition is met, such as `output 5 on`; throws NotReached after this much virtual time, default 60 s. */
+  advanceUntil(condition: WaitFor["condition"], within?: Duration): Promise<WaitResult>;
   /** Waits for a condition while time passes by itself; throws NotReached. */
-  waitUntil(condition: WaitFor["condition"], within?: number): Promise<WaitResult>;
+  waitUntil(condition: WaitFor["condition"], within?: Duration): Promise<WaitResult>;
   snapshots(): Promise<string[]>;
   takeSnapshot(name: string): Promise<void>;
   /** Returns to a snapshot; hosts stay connected, findings and transcript continue. */

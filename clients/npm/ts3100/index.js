@@ -18,6 +18,16 @@ const LAST_TEXTS = 6;
 const LONGEST_SHOWN = 120;
 const SEVERITIES = ["note", "warning", "error"];
 
+const UNITS = { us: 1e-6, ms: 1e-3, s: 1, min: 60 };
+
+/** The seconds of a number, or of a text as the command line reads it. */
+function seconds(duration) {
+  if (typeof duration === "number") return duration;
+  const [, number, unit = "s"] = /^(\d+\.?\d*|\.\d+) *(us|ms|s|min)?$/.exec(String(duration).trim()) || [];
+  if (!number) throw new TypeError(`cannot read \`${duration}\` as a duration: expected seconds, or e.g. \`5s\`, \`500 ms\`, \`1.5 s\``);
+  return number * UNITS[unit];
+}
+
 /** The control interface of an emulator. A call is done when its promise is fulfilled. */
 class Robot {
   #url;
@@ -26,6 +36,8 @@ class Robot {
   constructor(url, token) {
     this.#url = url.replace(/\/+$/, "");
     this.#headers = token ? { authorization: `Bearer ${token}` } : {};
+    // `robot.servo = true` would replace the method and set nothing. A class derived from this one has fields of its own.
+    if (new.target === Robot) Object.preventExtensions(this);
   }
 
   static fromEnvironment() {
@@ -114,13 +126,13 @@ class Robot {
   async input(line) { return (await this.call("get_input", { line })).on; }
   async inputs() { return (await this.call("get_inputs")).on; }
   async setInput(line, on) { await this.call("put_input", { line, on }); }
-  async pulseInput(line, seconds, on = true) { await this.call("pulse_input", { line, seconds, on }); }
+  async pulseInput(line, duration, on = true) { await this.call("pulse_input", { line, seconds: seconds(duration), on }); }
   async forceInput(line, on) { await this.call("force_input", { line, on }); }
   async releaseInput(line) { await this.call("release_input", { line }); }
   async output(line) { return (await this.call("get_output", { line })).on; }
   async outputs() { return (await this.call("get_outputs")).on; }
   async setOutput(line, on) { await this.call("put_output", { line, on }); }
-  async pulseOutput(line, seconds, on = true) { await this.call("pulse_output", { line, seconds, on }); }
+  async pulseOutput(line, duration) { await this.call("pulse_output", { line, seconds: seconds(duration) }); }
   async forceOutput(line, on) { await this.call("force_output", { line, on }); }
   async releaseOutput(line) { await this.call("release_output", { line }); }
   async variable(name) { return (await this.call("get_variable", { name })).value; }
@@ -158,7 +170,7 @@ class Robot {
 
   // Time, snapshots, records
   clock() { return this.call("get_clock"); }
-  async advance(seconds) { await this.call("advance_time", { seconds, wall: WALL_S }); }
+  async advance(duration) { await this.call("advance_time", { seconds: seconds(duration), wall: WALL_S }); }
   advanceUntil(condition, within = WITHIN_S) { return this.#await("advance_time_until", condition, within); }
   waitUntil(condition, within = WITHIN_S) { return this.#await("wait_until", condition, within); }
   async snapshots() { return (await this.call("get_snapshots")).snapshots.map((one) => one.name); }
@@ -193,7 +205,9 @@ class Robot {
       "last texts:", ...texts.map((line) => `  ${line}`)].join("\n"));
   }
 
-  async #await(operation, condition, within, limit = `${within} s of virtual time`) {
+  async #await(operation, condition, duration) {
+    const within = seconds(duration);
+    let limit = `${within} s of virtual time`;
     try {
       const result = await this.call(operation, { condition, within, wall: WALL_S });
       if (result.reached) return result;
@@ -240,6 +254,7 @@ class StartedRobot extends Robot {
     this.#log = log;
     this.ports = ready.ports;
     this.controlUrl = ready.control;
+    Object.preventExtensions(this);
   }
 
   /** The last lines of its log. */

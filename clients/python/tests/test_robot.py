@@ -13,7 +13,7 @@ from typing import Any
 import pytest
 
 import ts3100
-from ts3100 import Disconnected, Host, NoReply, NotReached, Refused, Robot, StartError
+from ts3100 import Disconnected, Host, NoFile, NoReply, NotReached, Refused, Robot, StartError
 from ts3100 import robot as module
 
 PROGRAM = """GLOBAL
@@ -53,6 +53,38 @@ def test_settings_are_attributes(robot: Robot, name: str, before: Any, after: An
     assert getattr(robot, name) == before
     setattr(robot, name, after)
     assert getattr(robot, name) == after
+
+
+def test_what_is_not_an_attribute_cannot_be_set(robot: Robot) -> None:
+    anything: Any = robot
+    with pytest.raises(AttributeError, match="^Robot has no attribute 'srvo'; did you mean 'servo'?"):
+        anything.srvo = True
+    for name in ("start_program", "status"):
+        with pytest.raises(AttributeError):
+            setattr(robot, name, True)
+    with pytest.raises(AttributeError, match="^Lines has no attribute 'onn'; did you mean 'on'?"):
+        anything.inputs.onn = [5]
+    with robot.host() as host, pytest.raises(AttributeError, match="^Host has no attribute 'timout'; did you mean 'timeout'?"):
+        setattr(host, "timout", 1.0)
+    with robot.channel() as channel, pytest.raises(AttributeError, match="^Channel has no attribute 'tmeout'; did you mean 'timeout'?"):
+        setattr(channel, "tmeout", 1.0)
+    assert not any(hasattr(one, "__dict__") for one in (robot, robot.inputs, robot.variables, robot.files, host, channel))
+
+
+@pytest.mark.parametrize("duration, seconds", [(0.5, 0.5), ("0.5", 0.5), ("0.5 s", 0.5), ("500ms", 0.5), ("500000 us", 0.5), (" .01min ", 0.6)])
+def test_a_duration_has_the_form_of_the_command_line(robot: Robot, duration: Any, seconds: float) -> None:
+    robot.advance(duration, wall="10s")
+    assert robot.clock.now == pytest.approx(seconds)
+    robot.inputs.pulse(5, duration)
+    assert robot.advance_until("input 5 off", within="1 min").passed == pytest.approx(seconds)
+    with pytest.raises(NotReached, match="`output 9 on` was not met within 0.[56] s of virtual time"):
+        robot.advance_until("output 9 on", within=duration)
+
+
+@pytest.mark.parametrize("duration", ["soon", "", "5 h", "-1s", "1e3", "1s2"])
+def test_another_duration_is_refused_with_its_form(robot: Robot, duration: str) -> None:
+    with pytest.raises(ValueError, match=r"^cannot read '.*' as a duration: expected seconds, or e\.g\. `5s`, `500 ms`, `1\.5 s`$"):
+        robot.wait_until("idle", within=duration)
 
 
 def test_any_operation_is_called_by_its_name(robot: Robot) -> None:
@@ -193,8 +225,13 @@ def test_files_are_a_mapping(robot: Robot, tmp_path: Path) -> None:
     assert (robot.files["NOTE"], robot.files.read("NOTE"), len(robot.files)) == ("REMARK A\n", b"REMARK A\n", 5)
     del robot.files["NOTE"]
     assert "NOTE" not in robot.files
-    with pytest.raises(KeyError):
-        robot.files["NOTE"]
+    for missing in (lambda: robot.files["NOTE"], lambda: robot.files.read("NOTE"), lambda: robot.files.__delitem__("NOTE")):
+        with pytest.raises(NoFile, match="^no file NOTE; the RAM drive has .*DEMO, .*USER.PAR") as error:
+            missing()
+        assert isinstance(error.value, KeyError) and error.value.status == 404
+    with pytest.raises(NoFile, match="^no file dem0; did you mean DEMO. The RAM drive has "):
+        robot.files.read("dem0")
+    assert robot.files.get("NOTE") is None
     path = tmp_path / "place.scol"
     path.write_bytes(b"PROGRAM PLACE\r\nEND\r\n\x1a")
     assert robot.files.load(path) == "PLACE" and robot.files["PLACE"] == "PROGRAM PLACE\nEND\n"

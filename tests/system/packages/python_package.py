@@ -29,7 +29,7 @@ BUILD = ["hatchling==1.27.0", "build==1.4.4", "uv==0.13.9"]
 TEST = ["pytest==8.4.2", "pytest-xdist==3.8.0", "pyserial==3.5"]
 TYPES = ["mypy==1.19.1", "types-pyserial==3.5.0.20251001"]
 LIMIT = 600
-MODULES = ["__init__", "__main__", "binary", "channel", "errors", "host", "operations", "protocol", "pytest_plugin", "records", "robot"]
+MODULES = ["__init__", "__main__", "binary", "channel", "closing", "errors", "host", "operations", "protocol", "pytest_plugin", "records", "robot"]
 LICENCES = ["LICENSE-APACHE", "LICENSE-MIT"]
 # Tests of each kind in the figures, the calls of one that only calls, and for how many calls a fresh robot may take. A time depends
 # on the hour; a fresh robot and a call take longer together.
@@ -65,6 +65,7 @@ def wrong(host: ts3100.Host, other: ts3100.AsyncHost, robot: ts3100.Robot) -> No
     host.upload(3)
     host.select()
     robot.override = "30"
+    robot.srvo = True
 """
 
 # The same run has both kinds of tests, so that both meet the same machine.
@@ -279,7 +280,7 @@ def typed(programs, folder):
             file.write(code)
     run(*mypy, "typed.py", where=folder)
     said = run(*mypy, "mistyped.py", where=folder, code=1)
-    equal("a user's program has its types, and each of five mistakes is found", [5, 6, 7, 8, 9],
+    equal("a user's program has its types, and each of six mistakes is found", [5, 6, 7, 8, 9, 10],
           [int(line) for line in re.findall(r"^mistyped\.py:(\d+): error", said, re.MULTILINE)])
 
 

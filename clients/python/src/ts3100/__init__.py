@@ -9,7 +9,7 @@ from importlib.metadata import version as _version
 
 from .binary import find_binary
 from .channel import Channel
-from .errors import Disconnected, Error, NoReply, NotReached, ProtocolError, Refused, StartError
+from .errors import Disconnected, Error, NoFile, NoReply, NotReached, ProtocolError, Refused, StartError
 from .host import AsyncHost, Host
 from .operations import Alarm, Clock, Fault, Pose, Program, Reached
 from .protocol import Protocol
@@ -24,7 +24,7 @@ except _PackageNotFoundError:  # used from a clone, without being installed
 
 __all__ = [
     "Alarm", "AlarmRecord", "AsyncHost", "Channel", "Clock", "Coordinates", "Disconnected", "Error", "Event", "ExecutionStatus", "Fault",
-    "FileEntry", "Finding", "Frame", "GuideMode", "GuideRate", "Host", "Lines", "MaintenanceItem", "NoReply", "NotReached", "Pose",
-    "Position", "Program", "Protocol", "ProtocolError", "QuickStatus", "Reached", "Refused", "Robot", "RunMode", "StartError",
+    "FileEntry", "Finding", "Frame", "GuideMode", "GuideRate", "Host", "Lines", "MaintenanceItem", "NoFile", "NoReply", "NotReached",
+    "Pose", "Position", "Program", "Protocol", "ProtocolError", "QuickStatus", "Reached", "Refused", "Robot", "RunMode", "StartError",
     "Status", "TotalStatus", "VariableType", "Version", "find_binary",
 ]

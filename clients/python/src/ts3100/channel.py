@@ -5,6 +5,7 @@ from __future__ import annotations
 import time
 from typing import TYPE_CHECKING, Any, List, Optional
 
+from .closing import Closing
 from .errors import Disconnected, NoReply
 from .host import DEFAULT_TIMEOUT, Address, Describe, Link, SerialLink, TcpLink, nothing
 
@@ -16,13 +17,15 @@ CR = b"\r"
 LINES_SHOWN = 5
 
 
-class Channel:
+class Channel(Closing):
     """A peer on IP1, IP2 or COM1. A line ends in CR.
 
         with robot.channel("ip1") as channel:
             channel.wait_for_line("HOW FAR?")
             channel.send_line("2.5")
     """
+
+    __slots__ = ("timeout", "_link", "_name", "_describe", "_received", "__weakref__")
 
     def __init__(self, link: Link, *, timeout: float = DEFAULT_TIMEOUT, name: str = "the robot",
                  describe: Describe = nothing) -> None:
@@ -82,9 +85,3 @@ class Channel:
     def close(self) -> None:
         """Ends the connection."""
         self._link.close()
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        self.close()

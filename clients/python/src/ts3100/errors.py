@@ -21,6 +21,13 @@ class Refused(Error):
         self.where = where
 
 
+class NoFile(Refused, KeyError):
+    """The RAM drive has no file of this name; the message lists those it has."""
+
+    # A KeyError would show its message in quotes.
+    __str__ = Exception.__str__
+
+
 class ProtocolError(Error):
     """The robot sent something that the protocol does not allow here."""
 

@@ -11,6 +11,7 @@ import time
 from typing import TYPE_CHECKING, Any, Awaitable, Callable, Generic, Iterator, Optional, Protocol as Interface, Tuple, Type, TypeVar
 from typing import Union, cast, overload
 
+from .closing import Closing, Strict
 from .errors import Disconnected, Error, NoReply
 from .protocol import Exchange, Protocol
 
@@ -135,8 +136,10 @@ class Operation(Generic[P, T]):
         return method
 
 
-class Operations:
+class Operations(Strict):
     """Every command, with its letters in the documentation of `Protocol`."""
+
+    __slots__ = ("protocol", "timeout", "pause", "_describe", "_expected", "_last", "_busy", "__weakref__")
 
     raw = Operation(Protocol.raw)
     command = Operation(Protocol.command)
@@ -228,7 +231,7 @@ class Operations:
         return NoReply(f"the robot did not send {self._expected} within {timeout:g} s" + (f": {described}" if described else ""))
 
 
-class Host(Operations):
+class Host(Closing, Operations):
     """A host of the robot, blocking.
 
     `timeout` is the longest wait for more bytes of an answer. `pause` is the time between a text of the robot and the next
@@ -239,6 +242,8 @@ class Host(Operations):
             host.servo_on()
             print(host.status().file)
     """
+
+    __slots__ = ("_link",)
 
     def __init__(self, link: Link, *, timeout: float = DEFAULT_TIMEOUT, pause: float = ADVISED_PAUSE, stx: bool = True,
                  checksum: bool = False, total_split: bool = False, describe: Describe = nothing) -> None:
@@ -301,12 +306,6 @@ class Host(Operations):
         """Ends the connection."""
         self._link.close()
 
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        self.close()
-
 
 class AsyncHost(Operations):
     """A host of the robot for asyncio, with the methods and parameters of `Host`. Await a call before you make the next one.
@@ -314,6 +313,8 @@ class AsyncHost(Operations):
         async with await AsyncHost.connect("192.168.0.124:1000") as host:
             await host.servo_on()
     """
+
+    __slots__ = ("_link",)
 
     def __init__(self, link: Union[_StreamLink, _ThreadLink], *, timeout: float = DEFAULT_TIMEOUT, pause: float = ADVISED_PAUSE,
                  stx: bool = True, checksum: bool = False, total_split: bool = False) -> None:

@@ -27,7 +27,8 @@ from urllib.parse import quote, unquote, urlencode, urlsplit
 
 from .binary import find_binary
 from .channel import Channel
-from .errors import Disconnected, Error, NoReply, NotReached, ProtocolError, Refused, StartError
+from .closing import Closing, Strict
+from .errors import Disconnected, Error, NoFile, NoReply, NotReached, ProtocolError, Refused, StartError
 from .host import Host
 from .operations import OPERATIONS, Alarm, Clock, Fault, Pose, Program, Reached, State
 from .operations import Channel as ChannelDocument
@@ -37,7 +38,8 @@ if TYPE_CHECKING:
     from typing_extensions import Self
 
 T = TypeVar("T")
-Number = Union[int, float]
+# Seconds, or a text with its unit: `500 ms`.
+Duration = Union[float, str]
 Condition = Union[str, Mapping[str, object]]
 
 # A cold start on a busy machine; the usual one takes 10 ms.
@@ -48,8 +50,9 @@ CALL_TIMEOUT = 10.0
 IDLE_LIMIT = 20.0
 # Defaults of `advance_until` and `wait_until`: virtual and wall-clock seconds.
 WITHIN, WALL = 60.0, 30.0
-# The HTTP status of a wait that took longer than `wall`.
-TOO_LONG = 408
+# HTTP statuses: of a name that there is none of, and of a wait that took longer than `wall`.
+NOT_FOUND, TOO_LONG = 404, 408
+UNITS = {"us": 1e-6, "ms": 1e-3, "s": 1.0, "min": 60.0}
 # The end of the emulator's log in a message.
 LOG_SHOWN = 4096
 # Ends an emulator whose test was killed: `read` ends with the pipe from there.
@@ -108,8 +111,10 @@ class _Setting(Generic[T]):
         robot.call(f"put_{self._name}", {self._key: value})
 
 
-class Lines:
+class Lines(Strict):
     """Input or output lines: `robot.inputs[5] = True`."""
+
+    __slots__ = ("_robot", "_kind")
 
     def __init__(self, robot: Robot, kind: str) -> None:
         self._robot, self._kind = robot, kind
@@ -125,9 +130,9 @@ class Lines:
         """The numbers of the lines that are on."""
         return list(self._robot.call(f"get_{self._kind}s")["on"])
 
-    def pulse(self, line: int, seconds: float, on: bool = True) -> None:
+    def pulse(self, line: int, seconds: Duration, on: bool = True) -> None:
         """Sets a line and sets it back after this much virtual time."""
-        self._robot.call(f"pulse_{self._kind}", {"line": line, "seconds": seconds, "on": on})
+        self._robot.call(f"pulse_{self._kind}", {"line": line, "seconds": _seconds(seconds), "on": on})
 
     def force(self, line: int, on: bool) -> None:
         """The line shows this state, whatever drives it, until `release`."""
@@ -138,12 +143,14 @@ class Lines:
         self._robot.call(f"release_{self._kind}", {"line": line})
 
 
-class Variables:
+class Variables(Strict):
     """Variables or positions of the selected file: `robot.variables["COUNT"] = 3`.
 
     A value is a number, a list of numbers for a load, a coordinate or a position, and None if nothing was assigned yet. An
     array is the list of its elements from subscript 0; `robot.variables["TBL(2)"]` is a single one.
     """
+
+    __slots__ = ("_robot", "_kind")
 
     def __init__(self, robot: Robot, kind: str) -> None:
         self._robot, self._kind = robot, kind
@@ -174,8 +181,10 @@ class Variables:
         return [scalar(element) for element in row["elements"]] if "elements" in row else scalar(row.get("value"))
 
 
-class Files(MutableMapping[str, str]):
-    """The files of the RAM drive as texts: `robot.files["PICK"] = source`."""
+class Files(Strict, MutableMapping[str, str]):
+    """The files of the RAM drive as texts: `robot.files["PICK"] = source`. Without such a file, `NoFile` is raised, a KeyError."""
+
+    __slots__ = ("_robot",)
 
     def __init__(self, robot: Robot) -> None:
         self._robot = robot
@@ -188,7 +197,7 @@ class Files(MutableMapping[str, str]):
         self._robot.call("put_file", {"name": name, "hex": data.hex()})
 
     def __delitem__(self, name: str) -> None:
-        self._robot.call("delete_file", {"name": name})
+        self._call("delete_file", name)
 
     def __iter__(self) -> Iterator[str]:
         return iter([row["name"] for row in self._robot.call("get_files")["files"]])
@@ -198,13 +207,18 @@ class Files(MutableMapping[str, str]):
 
     def read(self, name: str) -> bytes:
         """The bytes of a file."""
-        try:
-            document = self._robot.call("get_file", {"name": name})
-        except Refused as error:
-            if error.status == 404:
-                raise KeyError(name) from error
-            raise
+        document = self._call("get_file", name)
         return bytes.fromhex(document["hex"]) if "hex" in document else str(document["text"]).encode()
+
+    def _call(self, operation: str, name: str) -> Any:
+        try:
+            return self._robot.call(operation, {"name": name})
+        except Refused as error:
+            if error.status != NOT_FOUND:
+                raise
+            near = difflib.get_close_matches(name.upper(), self, 1)
+            hint = f"did you mean {near[0]}? The" if near else "the"
+            raise NoFile(f"no file {name}; {hint} RAM drive has {', '.join(self)}", error.status, error.where) from None
 
     def load(self, path: Union[str, os.PathLike[str]]) -> str:
         """Puts a file of this machine on the RAM drive as `--load` does: pick.scol becomes PICK. Returns the name."""
@@ -216,7 +230,7 @@ class Files(MutableMapping[str, str]):
         return name
 
 
-class Robot:
+class Robot(Closing):
     """A robot of a running emulator.
 
         with Robot.start(time="stepped", load=["pick.scol"], select="PICK", servo_on=True) as robot:
@@ -225,6 +239,9 @@ class Robot:
 
     Settings are attributes: `robot.emergency_stop = True`. A refused call raises `Refused` with the reason.
     """
+
+    __slots__ = ("url", "taken", "name", "ports", "inputs", "outputs", "variables", "positions", "files", "_authority", "_headers", "_process",
+                 "_idle", "_prefix", "_addresses", "__weakref__")
 
     key_switch = _Setting[str]("key_switch", "position")
     control_right = _Setting[str]("control_right", "holder")
@@ -335,12 +352,6 @@ class Robot:
     def log(self) -> str:
         """The log of an emulator that was started here."""
         return self._process.log() if self._process else ""
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        self.close()
 
     def _row(self, robot: Optional[str]) -> Mapping[str, Any]:
         rows = self.call("get_robots")["robots"]
@@ -591,17 +602,18 @@ class Robot:
         """The virtual time, and how it passes."""
         return _record(Clock, self.call("get_clock"))
 
-    def advance(self, seconds: float, *, wall: float = WALL) -> None:
-        """Advances a stopped clock (`time_mode` stepped) by so many seconds; `wall` bounds the real time it takes."""
-        self.call("advance_time", {"seconds": seconds, "wall": wall}, timeout=wall + CALL_TIMEOUT)
+    def advance(self, seconds: Duration, *, wall: Duration = WALL) -> None:
+        """Advances a stopped clock (`time_mode` stepped) by so many seconds, or `500 ms`; `wall` bounds the real time it takes."""
+        wall = _seconds(wall)
+        self.call("advance_time", {"seconds": _seconds(seconds), "wall": wall}, timeout=wall + CALL_TIMEOUT)
 
-    def advance_until(self, condition: Condition, within: float = WITHIN, *, wall: float = WALL) -> Reached:
+    def advance_until(self, condition: Condition, within: Duration = WITHIN, *, wall: Duration = WALL) -> Reached:
         """Advances a stopped clock until a condition is met, such as `output 5 on`. Raises NotReached after `within` s."""
-        return self._await("advance_time_until", condition, within, wall)
+        return self._await("advance_time_until", condition, _seconds(within), _seconds(wall))
 
-    def wait_until(self, condition: Condition, within: float = WITHIN, *, wall: float = WALL) -> Reached:
+    def wait_until(self, condition: Condition, within: Duration = WITHIN, *, wall: Duration = WALL) -> Reached:
         """Waits for a condition while time passes by itself. Raises NotReached after `within` s of virtual time."""
-        return self._await("wait_until", condition, within, wall)
+        return self._await("wait_until", condition, _seconds(within), _seconds(wall))
 
     def _await(self, operation: str, condition: Condition, within: float, wall: float) -> Reached:
         limit = f"{within:g} s of virtual time"
@@ -695,6 +707,16 @@ def _request(operation: str, arguments: Mapping[str, object]) -> Tuple[str, str,
     if rest:
         raise ValueError(f"{operation} has no argument {next(iter(rest))!r}")
     return method, path, None
+
+
+def _seconds(duration: Duration) -> float:
+    """The seconds of a number, or of a text as the command line reads it."""
+    if not isinstance(duration, str):
+        return duration
+    found = re.fullmatch(r"(\d+\.?\d*|\.\d+) *(us|ms|s|min)?", duration.strip())
+    if not found:
+        raise ValueError(f"cannot read {duration!r} as a duration: expected seconds, or e.g. `5s`, `500 ms`, `1.5 s`")
+    return float(found[1]) * UNITS[found[2] or "s"]
 
 
 def _word(value: object) -> str:
