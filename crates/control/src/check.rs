@@ -3,6 +3,7 @@
 //! The compiler and the lints are [`scol_mini`]'s; the arm, the options of the language and the taught points are those of
 //! the robot. Nothing is stored.
 
+use super::files::missing;
 use super::resource::{Answer, Deserialize, Handle, Json, Problem, Serialize, ToSchema, View};
 use scol_mini::{Diagnostic, DiagnosticKind, check_with_points};
 use tokio::task::spawn_blocking;
@@ -75,9 +76,9 @@ fn source(body: CheckRequest, view: &View<'_>) -> Result<String, Problem> {
         CheckRequest::Text(text) => Ok(text),
         CheckRequest::File(name) => {
             let content = view.controller.drive().get(&name.to_ascii_uppercase());
-            let missing = || Problem::not_found("file", "a file of the RAM drive", name);
             // Bytes that are no UTF-8 become a character that the compiler points at.
-            Ok(String::from_utf8_lossy(content.ok_or_else(missing)?).into_owned())
+            let content = content.ok_or_else(|| missing("file", view, &name))?;
+            Ok(String::from_utf8_lossy(content).into_owned())
         }
     }
 }

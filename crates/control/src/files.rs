@@ -7,6 +7,10 @@ use super::panel::ProgramStatus;
 use super::resource::{Answer, Handle, Json, NoBody, Path, Problem, Serialize, ToSchema, View};
 use ts3100_controller::action::Action;
 use ts3100_proto::escape::hex_digits;
+use ts3100_proto::words::did_you_mean_or;
+
+/// Most files that the message about a missing one lists.
+const MAX_LISTED: usize = 12;
 
 /// The RAM drive.
 #[derive(Debug, Clone, Serialize, ToSchema)]
@@ -62,13 +66,28 @@ impl DriveStatus {
     }
 }
 
+/// There is no file of this name. The message has the names that it may be mistaken for, or those that there are.
+pub fn missing(place: &str, view: &View<'_>, name: &str) -> Problem {
+    let files = view.controller.drive().directory();
+    let names = || files.iter().map(|entry| entry.name.as_str());
+    let listed: Vec<&str> = names().take(MAX_LISTED).collect();
+    let more = if names().len() > MAX_LISTED { ", ..." } else { "" };
+    let hint = did_you_mean_or(
+        name,
+        names(),
+        format!("; the drive has {}{more}", listed.join(", ")),
+    );
+    let sentence = format!("cannot read {name}: it is not on the RAM drive{hint}");
+    Problem::not_found(place, "a file of the RAM drive", name).told(sentence)
+}
+
 impl FileContent {
     /// Looks for the file of this name.
     fn find(name: String) -> impl FnOnce(&View<'_>) -> Result<FileContent, Problem> {
         move |view| {
             let drive_name = name.to_ascii_uppercase();
             let Some(content) = view.controller.drive().get(&drive_name) else {
-                return Err(Problem::not_found("name", "a file of the RAM drive", name));
+                return Err(missing("name", view, &name));
             };
             let (text, hex) = match str::from_utf8(content) {
                 Ok(text) => (Some(text.to_owned()), None),

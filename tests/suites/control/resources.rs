@@ -276,7 +276,17 @@ fn files_go_to_the_drive_and_come_back() {
     assert_eq!(robot.get("/files/HEX")["text"], "PROGRAM HEX\nEND\n");
     let listed = robot.ok("DELETE", "/files/HEX", "");
     assert!(!listed.to_string().contains("HEX"));
-    robot.refused(404, "GET", "/files/HEX", "");
+    let words = robot.refused(404, "GET", "/files/HEX", "");
+    let listed = "; the drive has DEMO, DIALOG, ETHERNET.PAR, PICK, USER.PAR";
+    assert_eq!(
+        words,
+        format!("cannot read HEX: it is not on the RAM drive{listed}")
+    );
+    let words = robot.refused(404, "GET", "/files/pik", "");
+    assert_eq!(
+        words,
+        "cannot read pik: it is not on the RAM drive; did you mean `PICK`?"
+    );
     robot.refused(404, "DELETE", "/files/HEX", "");
     robot.put("/files/BAD", r#"{"text":"PROGRAM BAD\nMOVE\n"}"#);
     let words = robot.refused(409, "POST", "/files/BAD/select", "");
