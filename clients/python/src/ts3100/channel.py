@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, List, Optional
 
 from .closing import Closing
 from .errors import Disconnected, NoReply
-from .host import DEFAULT_TIMEOUT, Address, Describe, Link, SerialLink, TcpLink, nothing
+from .host import DEFAULT_TIMEOUT, Address, Describe, Link, SerialLink, TcpLink, late, nothing
 
 if TYPE_CHECKING:
     from typing_extensions import Self
@@ -68,19 +68,18 @@ class Channel(Closing):
             try:
                 data = self._link.receive(max(until - time.monotonic(), 0.0))
             except TimeoutError:
-                raise NoReply(self._late(text, timeout, others)) from None
+                raise self._late(text, timeout, others) from None
             except OSError as error:
                 raise Disconnected(f"the connection to {self._name} has ended: {error}") from error
             if not data:
                 raise Disconnected(f"the robot closed the connection to {self._name}")
             self._received += data
 
-    def _late(self, text: str, timeout: float, others: List[str]) -> str:
+    def _late(self, text: str, timeout: float, others: List[str]) -> NoReply:
         wanted = f"line with `{text}`" if text else "line"
         found = [*others, self._received.decode("latin-1")] if self._received else others
         instead = ", ".join(f"`{line}`" for line in found[-LINES_SHOWN:]) or "nothing"
-        described = self._describe()
-        return f"{self._name}: expected a {wanted} within {timeout:g} s, found {instead}" + (f": {described}" if described else "")
+        return late(f"{self._name}: expected a {wanted} within {timeout:g} s, found {instead}", self._describe)
 
     def close(self) -> None:
         """Ends the connection."""

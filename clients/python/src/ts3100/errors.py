@@ -22,7 +22,7 @@ class Refused(Error):
 
 
 class NoFile(Refused, KeyError):
-    """The RAM drive has no file of this name; the message lists those it has."""
+    """The RAM drive has no file of this name."""
 
     # A KeyError would show its message in quotes.
     __str__ = Exception.__str__

@@ -42,6 +42,12 @@ def nothing() -> str:
     return ""
 
 
+def late(message: str, describe: Describe) -> NoReply:
+    """What to raise where nothing came in time: this message, and the state of the robot."""
+    described = describe()
+    return NoReply(message + (f": {described}" if described else ""))
+
+
 def _resolve(address: Address) -> Tuple[str, int]:
     """HOST:PORT as a pair."""
     if isinstance(address, tuple):
@@ -227,8 +233,7 @@ class Operations(Strict):
             self._expected = "an answer to " + data.strip(b"\2\3").partition(b"\r")[0][:TEXT_SHOWN].decode("latin-1")
 
     def _late(self, timeout: float) -> NoReply:
-        described = self._describe()
-        return NoReply(f"the robot did not send {self._expected} within {timeout:g} s" + (f": {described}" if described else ""))
+        return late(f"the robot did not send {self._expected} within {timeout:g} s", self._describe)
 
 
 class Host(Closing, Operations):

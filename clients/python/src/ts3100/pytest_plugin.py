@@ -17,13 +17,13 @@ import tempfile
 import xml.etree.ElementTree
 from collections import OrderedDict
 from pathlib import Path
-from typing import Any, Dict, Generator, Iterator, List, Mapping, Optional, Sequence, Tuple, Union
+from typing import Any, Dict, Generator, Iterator, List, Optional, Sequence, Tuple, Union
 
 import pytest
 
 from .errors import Error
 from .host import ADVISED_PAUSE, Host
-from .robot import Finding, Robot
+from .robot import Finding, Robot, set_flags
 
 # Keys of the marker: what is set on a running robot, what needs a process of its own, and what the plugin does.
 LIVE = ("load", "select", "servo_on", "faults", "time", "key_switch", "control_right")
@@ -227,8 +227,7 @@ def _own_flags(test: _Test) -> List[str]:
     if wanted.get("model"):
         model = str(wanted["model"])
         flags.append(f"--model={test.path(model) if model.endswith('.toml') else model}")
-    options: Mapping[str, object] = wanted.get("options") or {}
-    flags += [f"--set={name}={str(value).lower() if isinstance(value, bool) else value}" for name, value in options.items()]
+    flags += set_flags(wanted.get("options"))
     extra = wanted.get("flags") or []
     return flags + (shlex.split(extra) if isinstance(extra, str) else list(extra))
 

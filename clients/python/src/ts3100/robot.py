@@ -216,9 +216,7 @@ class Files(Strict, MutableMapping[str, str]):
         except Refused as error:
             if error.status != NOT_FOUND:
                 raise
-            near = difflib.get_close_matches(name.upper(), self, 1)
-            hint = f"did you mean {near[0]}? The" if near else "the"
-            raise NoFile(f"no file {name}; {hint} RAM drive has {', '.join(self)}", error.status, error.where) from None
+            raise NoFile(str(error), error.status, error.where) from None
 
     def load(self, path: Union[str, os.PathLike[str]]) -> str:
         """Puts a file of this machine on the RAM drive as `--load` does: pick.scol becomes PICK. Returns the name."""
@@ -305,7 +303,7 @@ class Robot(Closing):
         command += [f"--model={model}"] if model else []
         command += [f"--scenario={os.fspath(scenario)}"] if scenario else []
         command += [f"--fault={fault}" for fault in faults]
-        command += [f"--set={name}={_word(value)}" for name, value in (options or {}).items()]
+        command += set_flags(options)
         process = _Process(binary or find_binary(), [*command, *flags], cwd)
         try:
             if "control" not in process.ready:
@@ -719,8 +717,9 @@ def _seconds(duration: Duration) -> float:
     return float(found[1]) * UNITS[found[2] or "s"]
 
 
-def _word(value: object) -> str:
-    return str(value).lower() if isinstance(value, bool) else str(value)
+def set_flags(options: Optional[Mapping[str, object]]) -> List[str]:
+    """The flags of named options, in the words of the command line."""
+    return [f"--set={name}={str(value).lower() if isinstance(value, bool) else value}" for name, value in (options or {}).items()]
 
 
 class _Process:
