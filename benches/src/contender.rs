@@ -130,6 +130,7 @@ fn controller(name: &str, source: &str) -> Result<Lap, String> {
         source: source.as_bytes().to_vec(),
         records: BTreeMap::new(),
         lines_on: Vec::new(),
+        scenario: None,
         trace: false,
         record_lines: false,
         time: TimeMode::Auto,

@@ -119,6 +119,7 @@ fn without_sockets() -> Result<u32, String> {
         source: whole().into_bytes(),
         records: BTreeMap::new(),
         lines_on: Vec::new(),
+        scenario: None,
         trace: false,
         record_lines: false,
         time: TimeMode::Auto,

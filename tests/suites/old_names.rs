@@ -15,7 +15,6 @@ const OLD: &[(&str, &str)] = &[
     ("--com1-rfc2217", "--serial-com1-rfc2217"),
     ("--com1-tcp", "--serial-com1-tcp"),
     ("--key", "--key-switch"),
-    ("--at", "--url"),
     ("--teach", "position NAME teach"),
     ("TS3100_KEY", "TS3100_KEY_SWITCH"),
     ("TS3100_COM1", "TS3100_SERIAL_COM1"),

@@ -13,8 +13,9 @@ use ts3100_controller::{
     StatementCoverage, Time,
 };
 use ts3100_driver::clock::TimeMode;
-use ts3100_driver::seat::{Effects, Seat, Side};
+use ts3100_driver::seat::{ActionSource, Effects, Seat, Side};
 use ts3100_proto::status::ExecutionStatus;
+use ts3100_recording::scenario::{Play, Scenario, ScenarioOutcome};
 
 /// Name of the teach pendant as a channel.
 pub const PENDANT: &str = "TP";
@@ -35,6 +36,8 @@ pub struct RunRequest {
     pub records: BTreeMap<String, VecDeque<Vec<u8>>>,
     /// Input lines that are on from the beginning.
     pub lines_on: Vec<u16>,
+    /// What happens to the robot from START on, and what is expected of the program.
+    pub scenario: Option<Scenario>,
     /// Report every statement as [`RunEvent::Statement`].
     pub trace: bool,
     /// Record the executed lines in [`RunReport::executed`].
@@ -138,6 +141,8 @@ pub struct RunReport {
     pub unused: BTreeMap<String, usize>,
     /// The lines executed, if they were to be recorded.
     pub executed: StatementCoverage,
+    /// The outcome of the scenario, if there is one.
+    pub scenario: Option<ScenarioOutcome>,
 }
 
 /// Runs a program to its end and reports to `listen` what it does, with the virtual time since the start.
@@ -158,6 +163,7 @@ pub fn run(job: RunRequest, listen: &mut dyn FnMut(Duration, RunEvent<'_>)) -> R
         seat: Seat::new(Controller::new(config, Vec::new())?),
         channels_with_records: job.records.keys().cloned().collect(),
         records: job.records,
+        play: job.scenario.map(Play::new),
         outcome: Outcome {
             listen,
             started_at: Time::ZERO,
@@ -174,6 +180,9 @@ pub fn run(job: RunRequest, listen: &mut dyn FnMut(Duration, RunEvent<'_>)) -> R
     run.outcome.started_at = started_at;
     let limit = started_at + job.max_time;
     let wall = Instant::now();
+    if let Some(play) = &run.play {
+        play.start(&mut run.seat);
+    }
     run.feed(started_at, Input::by_hand(PanelAction::Start));
     if let Some(reason) = run.outcome.refusal.take() {
         return Err(RunError::Start(reason));
@@ -235,6 +244,10 @@ impl Effects for Outcome<'_> {
             Output::Event(Event::Alarm { number, text }) => self.alarm = Some((number, text)),
             Output::Event(Event::Status { status, .. }) => {
                 self.at_first_step = status == ExecutionStatus::Reset;
+                // What stopped the program before is over when it runs again.
+                if status == ExecutionStatus::Running {
+                    self.alarm = None;
+                }
             }
             Output::Event(Event::Finding(finding)) if *finding.rule == rules::PANEL_REFUSED => {
                 self.refusal = Some(finding.message.to_string());
@@ -256,6 +269,7 @@ impl Effects for Outcome<'_> {
 struct Runner<'a> {
     seat: Seat,
     records: BTreeMap<String, VecDeque<Vec<u8>>>,
+    play: Option<Play>,
     /// Channels for which `--input` was given, also with an empty file.
     channels_with_records: Vec<String>,
     outcome: Outcome<'a>,
@@ -285,9 +299,13 @@ impl Runner<'_> {
         let _refusal_is_an_event = self.seat.feed(now, input, Side::Host, &mut self.outcome);
     }
 
-    /// End of the run; `None` while the program runs.
+    /// End of the run; `None` while the program runs, and while what is planned may continue it after a stop.
     fn end(&mut self) -> Option<RunEnd> {
         if self.seat.controller.program_runs() {
+            return None;
+        }
+        let planned = self.play.as_ref().and_then(ActionSource::deadline);
+        if planned.is_some() && !(self.outcome.at_first_step && self.outcome.alarm.is_none()) {
             return None;
         }
         Some(match self.outcome.alarm.take() {
@@ -340,6 +358,7 @@ impl Runner<'_> {
             arm: self.seat.controller.arm_pose(),
             outputs: self.seat.controller.outputs_on(),
             unused: unused.filter(|(_, rest)| *rest > 0).collect(),
+            scenario: self.play.map(|play| play.outcome(self.seat.controller.now())),
             executed: self.outcome.executed,
         }
     }

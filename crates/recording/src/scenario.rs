@@ -14,7 +14,7 @@ mod results;
 pub use action::{CHANNEL_ACTIONS, ScenarioAction, ScenarioActionError};
 pub use play::Play;
 pub use progress::{EntryProgress, EntryState, ScenarioProgress, ScenarioState};
-pub use read::ScenarioError;
+pub use read::{ScenarioError, StepParseError};
 pub use results::{ScenarioOutcome, Verdict};
 
 use std::path::PathBuf;
@@ -27,7 +27,7 @@ pub const MAX_BYTES: u64 = 1024 * 1024;
 pub const MAX_ENTRIES: usize = 1_000;
 
 /// Content of a file.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Default)]
 pub struct Scenario {
     /// The file it was read from.
     pub file: PathBuf,

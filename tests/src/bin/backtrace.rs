@@ -26,6 +26,7 @@ fn run_and_panic() -> Result<(), Box<dyn Error>> {
         source: b"PROGRAM TEST\rPRINT \"HELLO\", CR\rEND\r".to_vec(),
         records: BTreeMap::new(),
         lines_on: Vec::new(),
+        scenario: None,
         trace: false,
         record_lines: false,
         time: TimeMode::Auto,

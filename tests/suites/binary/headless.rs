@@ -122,19 +122,27 @@ fn a_trace_names_the_task_of_each_statement() {
 }
 
 #[test]
-fn used_up_records_end_a_server_and_missing_ones_are_usage() {
+fn an_input_without_a_record_fails_unless_records_are_optional() {
     let directory = TempDir::new("binary");
     let file = directory.file("pick.scol", PICK);
     let records = format!("ip1={}", directory.file("in.txt", "1,10.0\n"));
     let output = run(&["run", &file, "--input", &records]);
-    assert_eq!(output.status.code(), Some(0));
+    assert_eq!(output.status.code(), Some(1));
+    for flags in [&["--input", &records][..], &[]] {
+        let all: Vec<&str> = ["run", &file, "--input-optional"]
+            .iter()
+            .chain(flags)
+            .copied()
+            .collect();
+        expect_code(&run(&all), 0);
+    }
     assert!(
         stderr(&output).contains("all records of IP1 are used"),
         "{}",
         stderr(&output)
     );
     let output = run(&["run", &file]);
-    assert_eq!(output.status.code(), Some(2));
+    assert_eq!(output.status.code(), Some(1));
     assert!(
         stderr(&output).contains("--input ip1=FILE"),
         "{}",
@@ -185,6 +193,104 @@ fn alarms_endless_runs_and_dead_waits_are_exit_code_one() {
     let file = directory.file("w.scol", "PROGRAM A\nWAIT DIN(3)\nEND\n");
     assert_eq!(run(&["run", &file]).status.code(), Some(1));
     assert_eq!(run(&["run", &file, "--din", "3,4"]).status.code(), Some(0));
+}
+
+#[test]
+fn inputs_come_at_their_times() {
+    let directory = TempDir::new("binary");
+    let text = "PROGRAM W\nON DIN(9) DO PRINT \"SEEN\", CR\nWAIT DIN(3)\nDOUT(5)\nWAIT DIN(-3)\nEND\n";
+    let file = directory.file("w.scol", text);
+    let on = "1.5 s: input 3 on";
+    let output = run(&[
+        "run",
+        &file,
+        "--at",
+        "500ms: input 9 on",
+        "--at",
+        on,
+        "--at",
+        "2s:input 3 off",
+    ]);
+    expect_code(&output, 0);
+    assert_eq!(stdout(&output), "SEEN\n");
+    assert!(
+        stderr(&output).contains("after 2.000 s: ended"),
+        "{}",
+        stderr(&output)
+    );
+    let output = run(&["run", &file, "--at", on]);
+    assert_eq!(output.status.code(), Some(1), "nothing turns it off");
+    // What comes after a stop can continue the program.
+    let stops = [
+        "100 ms: emergency-stop press",
+        "1 s: emergency-stop release",
+        "1 s: alarms reset",
+    ];
+    let goes_on = ["1.1 s: servo on", "1.2 s: program start", on, "2 s: input 3 off"];
+    let at = |words: &[&'static str]| -> Vec<&'static str> {
+        words.iter().flat_map(|words| ["--at", *words]).collect()
+    };
+    let with = |words: &[&'static str]| run(&[&["run", &file][..], &at(words)].concat());
+    let output = with(&stops);
+    assert_eq!(output.status.code(), Some(1));
+    assert!(
+        stderr(&output).contains("after 1.000 s: alarm 8-014"),
+        "{}",
+        stderr(&output)
+    );
+    expect_code(&with(&[&stops[..], &goes_on].concat()), 0);
+    for (words, answer) in [
+        (
+            "input 3 on",
+            "expected a time, a colon and an action, as in `1.5 s: input 8 on`",
+        ),
+        ("1.5: input 3 on", "expected"),
+        ("1 s: input 65 on", "expected line 1-64"),
+        ("1 s: imput 3 on", "did you mean `input`?"),
+    ] {
+        let output = run(&["run", &file, "--at", words]);
+        assert_eq!(output.status.code(), Some(2), "{words}");
+        let printed = stderr(&output);
+        assert!(printed.contains(answer) && printed.contains(words), "{printed}");
+    }
+}
+
+#[test]
+fn a_scenario_says_what_the_program_has_to_do() {
+    let directory = TempDir::new("binary");
+    let file = directory.file("w.scol", "PROGRAM W\nWAIT DIN(3)\nDELAY 2\nDOUT(5)\nEND\n");
+    let scenario = |within: &str| {
+        let text = format!(
+            "[start]\ninputs = [4]\nselect = \"w\"\n[[do]]\nat = \"1 s\"\nactions = [\"input 3 on\"]\n\
+             [[expect]]\nwhat = \"output 5 on\"\nwithin = \"{within}\"\n"
+        );
+        directory.file("w.toml", &text)
+    };
+    expect_code(&run(&["run", &file, "--scenario", &scenario("3.1 s")]), 0);
+    let output = run(&["run", &file, "--scenario", &scenario("2 s")]);
+    assert_eq!(output.status.code(), Some(1));
+    let printed = stderr(&output);
+    assert!(
+        printed.contains("scenario: line 7, expect output 5 on: expected within 2 s"),
+        "{printed}"
+    );
+    let found = json(&run(&["run", &file, "--scenario", &scenario("2 s"), "--json"]));
+    assert_eq!(found["ending"], "end");
+    assert_eq!(found["scenarioFailures"].as_array().unwrap().len(), 1);
+    for start in [
+        "restore = \"s.snap\"",
+        "load = [\"w.scol\"]",
+        "select = \"OTHER\"",
+    ] {
+        let path = directory.file("s.toml", format!("[start]\n{start}\n"));
+        let output = run(&["run", &file, "--scenario", &path]);
+        assert_eq!(output.status.code(), Some(2), "{start}");
+        assert!(
+            stderr(&output).contains("use `ts3100 exec`"),
+            "{}",
+            stderr(&output)
+        );
+    }
 }
 
 #[test]

@@ -23,6 +23,7 @@ use ts3100_controller::signals::{LINE_NUMBERS, Signals};
 use ts3100_driver::clock::TimeMode;
 use ts3100_driver::pc_file::{drive_content, drive_name};
 use ts3100_recording::reports::lcov;
+use ts3100_recording::scenario::{Scenario, Step};
 
 /// Largest file of records, in bytes.
 const MAX_RECORDS: u64 = 64 * 1024 * 1024;
@@ -36,8 +37,8 @@ const CHANNELS: [&str; 4] = ["TP", "COM1", "IP1", "IP2"];
 /// PRINT writes to stdout, INPUT reads records from files. Cycle time, position and outputs are printed to stderr at the
 /// end.
 ///
-/// Exit codes: 0 the program ended, stopped or used up its records; 1 alarm, deadlock, or --max-time reached; 2 wrong
-/// usage, a file that cannot be read, or a program with errors.
+/// Exit codes: 0 the program ended or stopped; 1 alarm, an INPUT without a record, deadlock, --max-time reached, or an
+/// expectation of the scenario that was not met; 2 wrong usage, a file that cannot be read, or a program with errors.
 #[derive(Debug, Args)]
 pub(super) struct RunArgs {
     /// The program; - is stdin
@@ -49,6 +50,15 @@ pub(super) struct RunArgs {
     /// Input lines that are on from the start, separated by commas
     #[arg(long, value_name = "LINE", value_delimiter = ',')]
     din: Vec<u16>,
+    /// Something that happens during the run, as in "1.5 s: input 8 on"; times count from START (repeatable)
+    #[arg(long, value_name = "TIME: ACTION")]
+    at: Vec<String>,
+    /// What happens during the run and what is expected, as for serve
+    #[arg(long, value_name = "FILE")]
+    scenario: Option<PathBuf>,
+    /// Exit with 0 if an INPUT finds no record
+    #[arg(long)]
+    input_optional: bool,
     /// How time passes: auto (as fast as possible), real, x10 (any factor)
     #[arg(long, value_name = "MODE", default_value = "auto")]
     time: TimeMode,
@@ -105,8 +115,10 @@ pub(super) fn run(args: &RunArgs) -> anyhow::Result<u8> {
     if let Some(line) = args.din.iter().find(|line| !Signals::exists(**line)) {
         bail!("--din {line}: expected input lines, {LINE_NUMBERS}");
     }
+    let name = drive_name(&args.file).unwrap_or_else(|_| "MAIN".to_owned());
     let job = RunRequest {
-        name: drive_name(&args.file).unwrap_or_else(|_| "MAIN".to_owned()),
+        scenario: scenario(args, &name)?,
+        name,
         source: drive_content(source.as_bytes(), config.options.line_end),
         records: read_records(&args.input, is_stdin(&args.file))?,
         lines_on: args.din.clone(),
@@ -122,11 +134,43 @@ pub(super) fn run(args: &RunArgs) -> anyhow::Result<u8> {
     if let Some(path) = &args.lcov {
         lcov::write(path, &report.executed, &config, std::slice::from_ref(&args.file))?;
     }
+    let failed = report.scenario.is_some_and(|outcome| outcome.has_failed());
     Ok(match report.end {
-        RunEnd::End | RunEnd::Stopped { .. } | RunEnd::OutOfInput { .. } => 0,
+        RunEnd::OutOfInput { .. } | RunEnd::NoInput { .. } if !args.input_optional => NEGATIVE,
         RunEnd::Alarm { .. } | RunEnd::Blocked { .. } | RunEnd::TimeUp { .. } => NEGATIVE,
-        RunEnd::NoInput { .. } => UNUSABLE,
+        _ if failed => NEGATIVE,
+        RunEnd::End | RunEnd::Stopped { .. } | RunEnd::OutOfInput { .. } | RunEnd::NoInput { .. } => 0,
     })
+}
+
+/// What `--scenario` and `--at` say about a run of the program `name`.
+fn scenario(args: &RunArgs, name: &str) -> anyhow::Result<Option<Scenario>> {
+    if args.scenario.is_none() && args.at.is_empty() {
+        return Ok(None);
+    }
+    let file = args.scenario.as_deref();
+    let mut scenario = file.map(Scenario::read).transpose()?.unwrap_or_default();
+    let start = &scenario.start;
+    let other = start
+        .select
+        .as_ref()
+        .filter(|selected| !selected.eq_ignore_ascii_case(name));
+    let unfit = [
+        ("restore", start.restore.is_some()),
+        ("load", !start.load.is_empty()),
+        ("select", other.is_some()),
+    ];
+    if let Some((key, _)) = unfit.into_iter().find(|(_, is_given)| *is_given) {
+        let file = file.unwrap_or(Path::new("")).display();
+        bail!(
+            "{file}: `{key}` in [start] has no effect on `run`, which runs {name} alone; use `ts3100 exec`"
+        );
+    }
+    for words in &args.at {
+        let step = Step::parse(words).with_context(|| format!("--at \"{words}\""))?;
+        scenario.steps.push(step);
+    }
+    Ok(Some(scenario))
 }
 
 /// The records of every `--input`.

@@ -1,7 +1,7 @@
 //! Reads a scenario file (TOML): unknown keys are errors, and every message names the line. Actions are read by
 //! `action`, conditions by the controller.
 
-use super::action::ScenarioAction;
+use super::action::{ScenarioAction, ScenarioActionError};
 use super::keys::TABLES;
 use super::{Expectation, ExpectationKind, MAX_BYTES, MAX_ENTRIES, Scenario, Start, Step, StepTrigger};
 use crate::table_error::{TableError, line_of};
@@ -11,7 +11,7 @@ use std::path::{Path, PathBuf};
 use std::time::Duration;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
-use ts3100_controller::time::parse_duration;
+use ts3100_controller::time::{DurationError, parse_duration};
 use ts3100_controller::{Condition, ConditionParseError, PanelAction};
 use ts3100_driver::files::{self, PathError, cannot};
 use ts3100_proto::words::{Word, did_you_mean_or};
@@ -34,6 +34,19 @@ pub enum ScenarioError {
         line: usize,
         reason: String,
     },
+}
+
+/// Why words are not a step at a time.
+#[derive(Debug, PartialEq, Eq, thiserror::Error)]
+pub enum StepParseError {
+    #[error("expected a time, a colon and an action, as in `1.5 s: input 8 on`")]
+    NoColon,
+    #[error(transparent)]
+    Time(#[from] DurationError),
+    #[error("expected a time of at most 365 days")]
+    TooLate,
+    #[error(transparent)]
+    Action(#[from] ScenarioActionError),
 }
 
 type ReadResult<T> = Result<T, TableError>;
@@ -61,6 +74,25 @@ impl Scenario {
             path: origin.to_path_buf(),
             line: line_of(text, span.start),
             reason,
+        })
+    }
+}
+
+impl Step {
+    /// Reads a step at a time, as a command line has it: `1.5 s: input 8 on`.
+    ///
+    /// # Errors
+    pub fn parse(words: &str) -> Result<Step, StepParseError> {
+        let (time, action) = words.split_once(':').ok_or(StepParseError::NoColon)?;
+        let time = parse_duration(time.trim())?;
+        if time > MAX_DURATION {
+            return Err(StepParseError::TooLate);
+        }
+        Ok(Step {
+            line: 0,
+            trigger: StepTrigger::At(time),
+            times: 1,
+            actions: vec![ScenarioAction::parse(action.trim())?],
         })
     }
 }

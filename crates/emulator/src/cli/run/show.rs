@@ -9,6 +9,7 @@ use serde_json::{Map, Value, json};
 use std::collections::BTreeMap;
 use std::time::Duration;
 use ts3100_proto::status::pr::three_decimals;
+use ts3100_recording::scenario::ScenarioOutcome;
 
 /// Longest line held back for its CR, in bytes.
 const MAX_LINE: usize = 65_536;
@@ -165,6 +166,9 @@ impl RunPrinter {
         for (channel, number) in &report.unused {
             out += &format!("{channel}: {number} records unused\n");
         }
+        for failure in failures(report) {
+            out += &format!("scenario: {failure}\n");
+        }
         output::tell(out);
         Ok(())
     }
@@ -186,6 +190,9 @@ impl RunPrinter {
         put("joints", json!(rounded(&report.arm.joint_values())));
         put("outputs", json!(report.outputs));
         put("unused", json!(report.unused));
+        if report.scenario.is_some() {
+            put("scenarioFailures", json!(failures(report).collect::<Vec<_>>()));
+        }
         put("printed", json!(self.printed.entries));
         put("printedLeftOut", json!(self.printed.left_out));
         if !self.statements.entries.is_empty() {
@@ -194,6 +201,12 @@ impl RunPrinter {
         }
         Value::Object(document)
     }
+}
+
+/// Expectations of the scenario that were not met, a line each.
+fn failures(report: &RunReport) -> impl Iterator<Item = String> {
+    let outcome = report.scenario.iter();
+    outcome.flat_map(ScenarioOutcome::failures)
 }
 
 fn joined(values: impl Iterator<Item = String>) -> String {
@@ -235,7 +248,7 @@ fn describe_end(ending: &RunEnd) -> (&'static str, String) {
         RunEnd::Blocked { line } => (
             "stuck",
             format!(
-                "line {line} waits for a condition that can no longer become true; set inputs with --din"
+                "line {line} waits for a condition that can no longer become true; set inputs with --din or --at"
             ),
         ),
         RunEnd::TimeUp { line } => ("time-up", format!("stopped at line {line} after --max-time")),
