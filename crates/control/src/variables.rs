@@ -9,7 +9,6 @@ use serde::Deserializer;
 use ts3100_controller::action::Action;
 use ts3100_controller::queries::VariableView;
 use ts3100_proto::command::Number;
-use ts3100_proto::name::VariableName;
 use utoipa::openapi::schema::{ArrayBuilder, ObjectBuilder, OneOfBuilder, Schema, Type};
 
 /// Values a variable takes at most.
@@ -19,7 +18,7 @@ const MAX_VALUES: usize = 16;
 #[derive(Debug, Clone, Serialize, ToSchema)]
 #[schema(as = Variable)]
 pub struct VariableInfo {
-    /// Name of the variable.
+    /// Name of the variable; of a variable of a program with it: `PICK.COUNT`.
     name: String,
     /// Type; absent until the first assignment fixes it.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -122,22 +121,25 @@ impl VariableInfo {
         }
     }
 
+    /// Whether it is a position of GLOBAL or DATA, or may become one: those of programs can only be read.
+    fn can_be_taught(&self) -> bool {
+        !self.name.contains('.') && self.kind.is_none_or(|kind| kind == Kind(ValueKind::Position))
+    }
+
     /// Looks for a variable, or for a position only.
     fn find(text: String, position: bool) -> impl FnOnce(&View<'_>) -> Result<VariableInfo, Problem> {
         let expected = if position {
             "a position of GLOBAL or DATA of the selected file"
         } else {
-            "a variable of GLOBAL or DATA of the selected file"
+            "a variable of the selected file, such as COUNT, A(1,2), or PICK.I of the program PICK"
         };
-        let fits =
-            move |kind: Option<Kind>| !position || kind.is_none_or(|kind| kind == Kind(ValueKind::Position));
+        let fits = move |document: &VariableInfo| !position || document.can_be_taught();
         move |view| {
-            let name =
-                VariableName::parse(&text).map_err(|error| Problem::not_found("name", expected, error))?;
-            let found = view.controller.variable(&name.name, &name.subscripts);
+            let found = view.controller.variable(&text);
             let mut document = found
+                .map_err(|error| Problem::not_found("name", expected, error))?
                 .map(VariableInfo::new)
-                .filter(|document| fits(document.kind))
+                .filter(&fits)
                 .ok_or_else(|| Problem::not_found("name", expected, text))?;
             if let [bound] = document.bounds.as_slice() {
                 let elements = view.controller.elements(&document.name, *bound);
@@ -164,8 +166,10 @@ async fn set(handle: &Handle, name: String, body: SetValueRequest, position: boo
 }
 
 /// Get a variable, or an element of an array
+///
+/// A variable of a program is that of the main task, else of the first task in which it has a value.
 #[utoipa::path(get, path = "/variables/{name}",
-    params(("name" = String, Path, description = "Name; for an element of an array with its subscripts: `A(1,2)`")),
+    params(("name" = String, Path, description = "Name; for an element of an array with its subscripts: `A(1,2)`; for a variable of a program after the program: `PICK.COUNT`")),
     responses((status = 200, body = VariableInfo)))]
 pub async fn get_variable(handle: Handle, Path(name): Path<String>) -> Answer<VariableInfo> {
     handle.query(VariableInfo::find(name, false)).await?.map(Json)
@@ -189,7 +193,7 @@ pub async fn put_variable(
 #[utoipa::path(get, path = "/positions", responses((status = 200, description = "Positions in GLOBAL and DATA.", body = Vec<VariableInfo>)))]
 pub async fn get_positions(handle: Handle) -> Answer<Vec<VariableInfo>> {
     let mut found = handle.query(VariableInfo::all).await?;
-    found.retain(|document| document.kind == Some(Kind(ValueKind::Position)));
+    found.retain(|document| document.kind.is_some() && document.can_be_taught());
     Ok(Json(found))
 }
 

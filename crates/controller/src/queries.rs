@@ -19,9 +19,10 @@ use crate::panel::PanelState;
 use crate::port::Port;
 use crate::prelude::*;
 use crate::time::Time;
-use scol_mini::{Channel, ValueKind};
+use scol_mini::{Channel, Memory, Value, ValueKind};
 use ts3100_proto::calendar::CalendarTime;
 use ts3100_proto::command::Number;
+use ts3100_proto::name::{NameError, VariableName, split_subscripts};
 use ts3100_proto::parameter::{EthernetParameters, SerialSettings, UserParameters};
 use ts3100_proto::status::ExecutionStatus;
 use ts3100_proto::status::position::CurrentPosition;
@@ -40,9 +41,10 @@ pub struct PortView {
     pub buffer: Vec<u8>,
 }
 
-/// A variable of GLOBAL or DATA at a moment.
+/// A variable of the selected file at a moment.
 #[derive(Debug, Clone, PartialEq)]
 pub struct VariableView {
+    /// Its name; of a variable of a program with it, as in `PICK.COUNT`.
     pub name: String,
     /// Its kind; `None` when the first assignment will fix it.
     pub kind: Option<ValueKind>,
@@ -200,20 +202,37 @@ impl Controller {
         }
     }
 
-    /// The variables of GLOBAL and DATA of the selected file, in alphabetical order.
+    /// The variables of the selected file: those of GLOBAL and DATA in alphabetical order, then those of its programs.
     pub fn variables(&self) -> Vec<VariableView> {
-        let variables = self.robot.executor.program().variables();
-        let view = |(name, info, bounds): (&str, scol_mini::VariableInfo, &[u32])| VariableView {
-            name: String::from(name),
-            kind: info.kind,
-            bounds: bounds.to_vec(),
-            value: self.value_of(name, &[]),
+        let program = self.robot.executor.program();
+        let shared = program.variables();
+        let shared = shared.map(|(name, info, bounds)| (String::from(name), info, bounds));
+        let view = |(name, info, bounds): (String, scol_mini::VariableInfo, &[u32])| {
+            let value = self.held(&name, &[]);
+            VariableView {
+                kind: info.kind.or(value.as_ref().map(Value::kind)),
+                bounds: bounds.to_vec(),
+                value: value.map(|value| self.listed(&value)),
+                name,
+            }
         };
-        variables.map(view).collect()
+        shared.chain(program.locals()).map(view).collect()
     }
 
-    /// One variable, or the element its subscripts name; `None` when there is no such.
-    pub fn variable(&self, name: &str, subscripts: &[i32]) -> Option<VariableView> {
+    /// One variable: `COUNT`, the element `A(1,2)`, or `PICK.COUNT` of a program; `None` when there is no such.
+    ///
+    /// # Errors
+    /// The text is not a name.
+    pub fn variable(&self, name: &str) -> Result<Option<VariableView>, NameError> {
+        // Variables of programs have longer names than those that a host reads.
+        let (base, subscripts) = split_subscripts(name)?;
+        if !base.contains('.') {
+            VariableName::parse(name)?;
+        }
+        Ok(self.find(base, &subscripts))
+    }
+
+    fn find(&self, name: &str, subscripts: &[i32]) -> Option<VariableView> {
         let mut views = self.variables().into_iter();
         let mut view = views.find(|view| view.name.eq_ignore_ascii_case(name))?;
         if !subscripts.is_empty() {
@@ -236,9 +255,28 @@ impl Controller {
     }
 
     fn value_of(&self, name: &str, subscripts: &[i32]) -> Option<Vec<Number>> {
+        let value = self.held(name, subscripts)?;
+        Some(self.listed(&value))
+    }
+
+    fn held(&self, name: &str, subscripts: &[i32]) -> Option<Value> {
         let (memory, program) = (self.robot.executor.memory(), self.robot.executor.program());
-        let value = memory.global(program, name, subscripts).ok()?;
-        Some(numbers(&value, self.robot.arm.kind()))
+        let read = if name.contains('.') {
+            Memory::local
+        } else {
+            Memory::global
+        };
+        read(memory, program, name, subscripts).ok()
+    }
+
+    /// In the order of MR; a configuration has its digits and no decimal point.
+    fn listed(&self, value: &Value) -> Vec<Number> {
+        let arm = self.robot.arm.kind();
+        let mut numbers = numbers(value, arm);
+        if let (Value::Position(position), Some(last)) = (value, numbers.last_mut()) {
+            *last = Number::Integer(i32::try_from(position.config.number_on(arm)).unwrap_or_default());
+        }
+        numbers
     }
 
     /// From now on every statement of the program is told by

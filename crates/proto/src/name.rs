@@ -143,9 +143,7 @@ impl VariableName {
     /// # Errors
     /// Anything else, with what was expected.
     pub fn parse(text: &str) -> Result<VariableName, NameError> {
-        let (name, list) = text.split_at(text.find('(').unwrap_or(text.len()));
-        let found = list.to_string();
-        let subscripts = subscripts(list).ok_or(NameError::Subscripts { found })?;
+        let (name, subscripts) = split_subscripts(text)?;
         check_first(name, MAX_VARIABLE_NAME)?;
         for (at, found) in name.chars().enumerate() {
             if !found.is_ascii_alphanumeric() && found != '_' {
@@ -169,6 +167,17 @@ impl fmt::Display for VariableName {
         let list: Vec<String> = self.subscripts.iter().map(ToString::to_string).collect();
         write!(f, "({})", list.join(","))
     }
+}
+
+/// The name and the subscripts of `NAME(1,2)`; none of a plain name.
+///
+/// # Errors
+/// [`NameError::Subscripts`].
+pub fn split_subscripts(text: &str) -> Result<(&str, Vec<i32>), NameError> {
+    let (name, list) = text.split_at(text.find('(').unwrap_or(text.len()));
+    let found = list.to_string();
+    let subscripts = subscripts(list).ok_or(NameError::Subscripts { found })?;
+    Ok((name, subscripts))
 }
 
 /// The numbers of `(1,2)`, none of an empty text.

@@ -71,6 +71,7 @@ fn build(
     let signatures: Vec<Signature> = file.blocks.iter().map(signature).collect();
     let (mut steps, mut blocks, mut rcycle) = (Vec::new(), Vec::new(), None);
     for (number, block) in file.blocks.iter_mut().enumerate() {
+        let first_local = symbols.slots.len();
         names::resolve_block(block, &file.suppressed, &mut symbols, options.data_copy, sink);
         for located in &mut block.statements {
             kinds::check_statement(&mut located.statement, &symbols, sink);
@@ -78,6 +79,7 @@ fn build(
         blocks.push(Entry {
             name: block.name.text.clone(),
             step: steps.len(),
+            locals: first_local..symbols.slots.len(),
         });
         let label = emit::block(block, &file.suppressed, &signatures, &mut steps, sink);
         if number == 0 {

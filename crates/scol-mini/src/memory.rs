@@ -190,6 +190,23 @@ impl Memory {
         value.ok_or_else(|| AccessError::Undefined(name.to_ascii_uppercase()))
     }
 
+    /// Reads a variable of a program, named `PROGRAM.NAME`: that of the main task, else of the first task in which it has a value.
+    ///
+    /// # Errors
+    /// See [`AccessError`]; a variable without a value is `Undefined`.
+    pub fn local(&self, program: &Program, name: &str, subscripts: &[i32]) -> Result<Value, AccessError> {
+        let name = name.to_ascii_uppercase();
+        let found = name
+            .split_once('.')
+            .and_then(|(block, name)| program.local(block, name));
+        let Some(slot) = found else {
+            return Err(AccessError::Unknown(name));
+        };
+        let cell = slot.base + element(slot, &name, subscripts)?;
+        let value = self.value_in_tasks(&program.symbols.slots, cell);
+        value.ok_or(AccessError::Undefined(name))
+    }
+
     /// Writes a variable of GLOBAL or DATA. The type must match exactly; nothing is converted.
     ///
     /// A position without a coordinate system of its own keeps that of the position it replaces.
@@ -229,7 +246,11 @@ impl Memory {
 
     /// The value of a variable.
     pub(crate) fn value(&self, cell: usize) -> Option<Value> {
-        match self.cells.all.get(cell)?.held() {
+        self.held(*self.cells.all.get(cell)?)
+    }
+
+    fn held(&self, cell: Cell) -> Option<Value> {
+        match cell.held() {
             Held::Nothing => None,
             Held::Integer(value) => Some(Value::Integer(value)),
             Held::Real(value) => Some(Value::Real(value)),
@@ -343,12 +364,18 @@ pub(crate) fn shared<'a>(
             false => AccessError::Unknown(name),
         });
     };
+    let index = element(slot, &name, subscripts)?;
+    Ok((at, slot, index))
+}
+
+/// The flat index of the element of a variable of this name.
+fn element(slot: &Slot, name: &str, subscripts: &[i32]) -> Result<usize, AccessError> {
+    let name = || String::from(name);
     match (slot.bounds.is_some(), subscripts.is_empty()) {
-        (true, true) => Err(AccessError::IsArray(name)),
-        (false, false) => Err(AccessError::NotArray(name)),
-        _ => match slot.index(subscripts) {
-            Some(index) => Ok((at, slot, index)),
-            None => Err(AccessError::Subscript(name)),
-        },
+        (true, true) => Err(AccessError::IsArray(name())),
+        (false, false) => Err(AccessError::NotArray(name())),
+        _ => slot
+            .index(subscripts)
+            .ok_or_else(|| AccessError::Subscript(name())),
     }
 }

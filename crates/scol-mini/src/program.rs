@@ -5,6 +5,7 @@
 use crate::prelude::*;
 use alloc::collections::BTreeMap;
 use alloc::sync::Arc;
+use core::ops::Range;
 
 use crate::code::Code;
 use crate::options::LanguageOptions;
@@ -46,6 +47,8 @@ pub(crate) struct Entry {
     pub name: String,
     /// Its first step.
     pub step: usize,
+    /// The slots of its variables, without its parameters.
+    pub locals: Range<usize>,
 }
 
 /// A step and where it came from.
@@ -317,6 +320,30 @@ impl Program {
     pub fn variables(&self) -> impl Iterator<Item = (&str, VariableInfo, &[u32])> {
         let slots = self.symbols.by_name();
         slots.map(|(name, slot)| (name, slot.info(), slot.bounds.as_deref().unwrap_or_default()))
+    }
+
+    /// The variables of the PROGRAM blocks in file order, each as `PROGRAM.NAME`, as [`Program::variables`] gives those of GLOBAL.
+    /// Parameters are not among them: their values are those of the caller.
+    pub fn locals(&self) -> impl Iterator<Item = (String, VariableInfo, &[u32])> {
+        let slots = |block: &Entry| self.symbols.slots.get(block.locals.clone()).unwrap_or_default();
+        self.blocks.iter().flat_map(move |block| {
+            let named = move |slot: &'_ Slot| format!("{}.{}", block.name, slot.name);
+            let slots = slots(block).iter();
+            slots.map(move |slot| {
+                (
+                    named(slot),
+                    slot.info(),
+                    slot.bounds.as_deref().unwrap_or_default(),
+                )
+            })
+        })
+    }
+
+    /// The slot of the variable `name` of a PROGRAM block, both in upper case.
+    pub(crate) fn local(&self, block: &str, name: &str) -> Option<&Slot> {
+        let block = self.blocks.iter().find(|entry| entry.name == block)?;
+        let slots = self.symbols.slots.get(block.locals.clone())?;
+        slots.iter().find(|slot| slot.name == name)
     }
 
     /// File lines on which a statement begins, in ascending order.

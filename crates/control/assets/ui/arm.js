@@ -255,7 +255,7 @@ export function create(robot) {
   /** The positions of the selected file, in world. */
   function taught(state) {
     const systems = new Map(state.variables.filter(one => one.kind === "coordinate" && !one.bounds.length).map(one => [one.name.toUpperCase(), one.value]));
-    const base = frame(arm.base), found = state.variables.filter(one => one.kind === "position" && !one.bounds.length && one.value?.every(Number.isFinite));
+    const base = frame(arm.base), found = state.variables.filter(one => one.kind === "position" && !one.name.includes(".") && !one.bounds.length && one.value?.every(Number.isFinite));
     return found.slice(0, POINTS).map(({name, value}) => {
       const work = systems.get(own.get(name.toUpperCase())) ?? arm.work_frame;
       return {name, at: place(times(base, system(arm.model, work)), value)};

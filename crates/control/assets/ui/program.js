@@ -232,13 +232,13 @@ function makeEditor(robot, done) {
 /** Coordinates with the four decimals that matter, a single number with all the digits that it has. */
 const shownValue = values => values.map(value => Number(values.length > 1 ? value.toFixed(4) : Number.isInteger(value) ? value : value.toPrecision(DIGITS))).join(", ");
 
-/** The variables as rows: [name, kind, values]. Arrays have a row for each of their first elements. */
+/** The variables as rows. Arrays have a row for each of their first elements; variables of programs, `PICK.COUNT`, are only read. */
 function rowsOf(variables) {
   const rows = [];
   for (const one of variables) {
     const kind = (one.kind ?? "") + (one.bounds.length ? " (" + one.bounds.join(",") + ")" : "");
-    if (one.elements) one.elements.slice(0, ELEMENTS).forEach((value, at) => rows.push({name: one.name + "(" + at + ")", kind, values: value}));
-    else rows.push({name: one.name, kind, values: one.value, fixed: one.bounds.length > 0});
+    if (one.elements) one.elements.slice(0, ELEMENTS).forEach((value, at) => rows.push({name: one.name + "(" + at + ")", kind, values: value, fixed: one.name.includes(".")}));
+    else rows.push({name: one.name, kind, values: one.value, fixed: one.bounds.length > 0 || one.name.includes(".")});
   }
   return rows;
 }
@@ -279,7 +279,7 @@ function makeVariables(robot) {
       const input = element.querySelector("input"), value = row.values ? shownValue(row.values) : "";
       say(element.children[1], row.kind);
       input.disabled = row.fixed === true;
-      input.placeholder = row.fixed ? "array" : "no value";
+      input.placeholder = row.fixed && row.kind.endsWith(")") ? "array" : "no value";
       if (input.dataset.live === value) return;
       input.dataset.live = value;
       if (document.activeElement !== input) input.value = value;

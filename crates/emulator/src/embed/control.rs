@@ -20,7 +20,6 @@ use ts3100_driver::clock::TimeMode;
 use ts3100_driver::driver::request::{LinkAction, Request, View, WaitResult};
 use ts3100_driver::driver::wait::Wait;
 use ts3100_proto::command::Number;
-use ts3100_proto::name::VariableName;
 use ts3100_proto::status::ExecutionStatus;
 
 fn require_line(line: u16) -> Result<(), Error> {
@@ -111,15 +110,14 @@ impl Emulator {
         self.read(|controller| controller.pendant().to_owned())
     }
 
-    /// A variable of GLOBAL or DATA of the selected file, or an element such as `A(1,2)`; `None` if there is none.
+    /// A variable of the selected file: of GLOBAL or DATA, an element such as `A(1,2)`, or `PICK.COUNT` of a program; `None` if
+    /// there is none.
     ///
     /// # Errors
     /// [`Error::Ended`].
     pub fn variable(&self, name: &str) -> Result<Option<VariableView>, Error> {
-        let Ok(name) = VariableName::parse(name) else {
-            return Ok(None);
-        };
-        self.read(move |controller| controller.variable(&name.name, &name.subscripts))
+        let name = name.to_owned();
+        self.read(move |controller| controller.variable(&name).ok().flatten())
     }
 
     /// The names of the files on the RAM drive.

@@ -61,6 +61,20 @@ impl Memory {
         others
     }
 
+    /// The value of a variable of a program: that of the main task, else of the first task in which it has one.
+    pub(super) fn value_in_tasks(&self, slots: &[Slot], cell: usize) -> Option<Value> {
+        let (_, range) = extent(slots, self.cells.variables);
+        let at = cell.checked_sub(range.start)?;
+        let parked = |task: &u16| Some(*self.parked.get(task)?.cells.get(at)?);
+        let of_task = |task: &u16| match *task == self.task {
+            true => self.value(cell),
+            false => parked(task).and_then(|cell| self.held(cell)),
+        };
+        let mut tasks: Vec<u16> = self.parked.keys().copied().chain([self.task]).collect();
+        tasks.sort_unstable();
+        tasks.iter().find_map(of_task)
+    }
+
     /// A task has ended: its variables are gone. Those of the main program stay.
     pub fn drop_task(&mut self, program: &Program, task: u16) {
         if task == self.task {
