@@ -1011,6 +1011,7 @@ inline std::string operation(const std::string& name) {
         {"power_off", "POST /power/off"},
         {"power_on", "POST /power/on"},
         {"get_program", "GET /program"},
+        {"reset_program", "POST /program/reset"},
         {"run_program_to", "POST /program/run-to"},
         {"start_program", "POST /program/start"},
         {"step_program", "POST /program/step"},
@@ -1155,6 +1156,8 @@ public:
     void select_file(const std::string& name) const { call("select_file", {{"name", name}}); }
     void start_program() const { call("start_program"); }
     void stop_program() const { call("stop_program"); }
+    /// Goes back to the first step, with the initial values of the file.
+    void reset_program() const { call("reset_program"); }
     void step_program() const { call("step_program"); }
     /// Runs the program and stops before this line.
     void run_program_to(int line) const { call("run_program_to", {{"line", line}}); }

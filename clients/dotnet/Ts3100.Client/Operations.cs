@@ -84,6 +84,7 @@ namespace Ts3100
             { "power_off", "POST /power/off" },
             { "power_on", "POST /power/on" },
             { "get_program", "GET /program" },
+            { "reset_program", "POST /program/reset" },
             { "run_program_to", "POST /program/run-to" },
             { "start_program", "POST /program/start" },
             { "step_program", "POST /program/step" },

@@ -200,6 +200,8 @@ namespace Ts3100
         public void StartProgram() { Call("start_program"); }
         /// <summary>Presses STOP.</summary>
         public void StopProgram() { Call("stop_program"); }
+        /// <summary>Goes back to the first step, with the initial values of the file.</summary>
+        public void ResetProgram() { Call("reset_program"); }
         /// <summary>Runs one step.</summary>
         public void StepProgram() { Call("step_program"); }
         /// <summary>Runs the program and stops before this line.</summary>

@@ -202,6 +202,8 @@ export class Robot {
   startProgram(): Promise<void>;
   /** Presses STOP. */
   stopProgram(): Promise<void>;
+  /** Goes back to the first step, with the initial values of the file. */
+  resetProgram(): Promise<void>;
   stepProgram(): Promise<void>;
   /** Runs the program and stops before this line. */
   runProgramTo(line: number): Promise<void>;

@@ -104,6 +104,7 @@ class Robot {
   async selectFile(name) { await this.call("select_file", { name }); }
   async startProgram() { await this.call("start_program"); }
   async stopProgram() { await this.call("stop_program"); }
+  async resetProgram() { await this.call("reset_program"); }
   async stepProgram() { await this.call("step_program"); }
   async runProgramTo(line) { await this.call("run_program_to", { line }); }
   async pendant() { return (await this.call("get_pendant")).text; }

@@ -208,6 +208,7 @@ export interface Operations {
   power_off: [{}, Power];
   power_on: [{}, Power];
   get_program: [{}, ProgramStatus];
+  reset_program: [{}, ProgramStatus];
   run_program_to: [RunToRequest, ProgramStatus];
   start_program: [{}, ProgramStatus];
   step_program: [{}, ProgramStatus];

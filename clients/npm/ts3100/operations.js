@@ -78,6 +78,7 @@ module.exports = {
   power_off: "POST /power/off",
   power_on: "POST /power/on",
   get_program: "GET /program",
+  reset_program: "POST /program/reset",
   run_program_to: "POST /program/run-to",
   start_program: "POST /program/start",
   step_program: "POST /program/step",

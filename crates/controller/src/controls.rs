@@ -189,6 +189,17 @@ macro_rules! controls {
                     needs_power: true,
                     cannot: ("step", "run a step"),
                 }
+                /// Reset the program
+                ///
+                /// Back to its first step with its initial values, as the command `RS,PRG`; it ends feed hold and resets the alarms.
+                reset_program: ProgramReset = "/program/reset" {
+                    form: "program reset",
+                    group: panel,
+                    answer: (ProgramStatus, ProgramStatus::new),
+                    act: reset_program,
+                    needs_power: true,
+                    cannot: ("program", "reset the program"),
+                }
                 /// Press ALARM RESET
                 ///
                 /// Clears every alarm whose cause has gone.
@@ -273,7 +284,7 @@ macro_rules! controls {
                 get_variables = "/variables" {
                     has_more: true,
                     group: variables,
-                    answer: (Vec<VariableInfo>, VariableInfo::all, "GLOBAL and DATA variables, positions included."),
+                    answer: (Vec<VariableInfo>, VariableInfo::all, "Those of GLOBAL and DATA, positions included; then those of the programs."),
                 }
                 /// List the files on the RAM drive
                 get_files = "/files" {

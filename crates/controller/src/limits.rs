@@ -64,6 +64,8 @@ pub const INCHING_STEP: [f64; 3] = [0.1, 1.0, 10.0];
 pub const MAX_JOG_DISTANCE: f64 = 2_000.0;
 /// Longest jog that turns the tool, in degrees.
 pub const MAX_JOG_ANGLE: f64 = 170.0;
+/// Steps of a mm or degree in which a position is taught: those of a teach pendant.
+pub const TAUGHT_STEPS: f64 = 1_000.0;
 /// Breakpoints of a file.
 pub const MAX_BREAKPOINTS: usize = 1_000;
 /// Bisection steps in the search for the limit of the reach when jogging.

@@ -105,6 +105,71 @@ fn stop_ends_the_step() {
     assert_eq!(robot.post("/program/stop", "")["status"], "stop (continue)");
 }
 
+#[test]
+fn a_program_is_reset_at_the_panel() {
+    let robot = running(DATA);
+    robot.post("/program/start", "");
+    let words = robot.refused(409, "POST", "/program/reset", "");
+    assert!(
+        words.contains("cannot reset the program: the program is running; stop it first"),
+        "{words}"
+    );
+    robot.post("/program/stop", "");
+    let program = robot.post("/program/reset", "");
+    assert_eq!(
+        (&program["status"], &program["line"]),
+        (&json!("stop (reset)"), &json!(7))
+    );
+    robot.post("/power/off", "");
+    robot.refused(409, "POST", "/program/reset", "");
+}
+
+#[test]
+fn variables_of_programs_are_read_by_their_program() {
+    let robot = running(
+        "GLOBAL\nCOUNT = 3\nEND\nPROGRAM CELL\nDIM HEIGHTS(2) AS REAL\nFOR I = 1 TO 5\nHEIGHTS(1) = 2.5\nP = HERE\n\
+         PLACE(I)\nNEXT I\nEND\nPROGRAM PLACE(AT)\nTWICE_AS_MUCH = AT * 2\nWAIT DIN(7)\nEND\n",
+    );
+    let names = |path: &str| -> Vec<String> {
+        let found = robot.get(path);
+        let names = found.as_array().unwrap().iter();
+        names
+            .map(|one| one["name"].as_str().unwrap().to_string())
+            .collect()
+    };
+    assert_eq!(
+        names("/variables"),
+        ["COUNT", "CELL.HEIGHTS", "CELL.I", "CELL.P", "PLACE.TWICE_AS_MUCH"]
+    );
+    let value = |name: &str| robot.get(&format!("/variables/{name}"))["value"].clone();
+    assert_eq!(value("CELL.I"), json!(null), "nothing has run");
+    robot.post("/program/start", "");
+    assert_eq!((value("CELL.I"), value("cell.i")), (json!([1]), json!([1])));
+    assert_eq!(value("PLACE.TWICE_AS_MUCH"), json!([2]));
+    assert_eq!(value("CELL.HEIGHTS(1)"), json!([2.5]));
+    assert_eq!(
+        robot.get("/variables/CELL.HEIGHTS")["elements"],
+        json!([[0.0], [2.5], [0.0]])
+    );
+    let kind = |name: &str| robot.get(&format!("/variables/{name}"))["kind"].clone();
+    assert_eq!(
+        (kind("CELL.I"), kind("CELL.P")),
+        (json!("integer"), json!("position"))
+    );
+    robot.put("/inputs/7", r#"{"on":true}"#);
+    assert_eq!(value("CELL.I"), json!([6]), "kept after the end of the program");
+    for missing in ["CELL.NONE", "NONE.I", "I", "CELL.HEIGHTS(3)", "CELL.AT"] {
+        robot.refused(404, "GET", &format!("/variables/{missing}"), "");
+    }
+    let words = robot.refused(409, "PUT", "/variables/CELL.I", r#"{"value":3}"#);
+    assert!(
+        words.contains("cannot set CELL.I: variables of programs can only be read"),
+        "{words}"
+    );
+    robot.refused(404, "POST", "/positions/CELL.P/teach", "{}");
+    assert_eq!(robot.get("/positions"), json!([]));
+}
+
 // clause: T8 T27
 #[test]
 fn an_alarm_of_the_table_acts_by_its_level() {
@@ -247,6 +312,20 @@ fn a_position_is_taught_and_restored() {
     assert!(
         !file["text"].as_str().unwrap().contains("P1 = 300,0,400"),
         "{file}"
+    );
+    let figures = |number: &serde_json::Value| number.to_string().split('.').nth(1).unwrap_or_default().len();
+    assert!(
+        taught["value"]
+            .as_array()
+            .unwrap()
+            .iter()
+            .all(|number| figures(number) <= 3),
+        "{taught}"
+    );
+    assert_eq!(
+        taught["value"][8].to_string(),
+        "11111",
+        "five figures, no decimal point"
     );
     let set = robot.put("/positions/P1", r#"{"value":[1,2,3,4,5,6,7,8,0]}"#);
     assert_eq!(set["value"][7], 8.0);

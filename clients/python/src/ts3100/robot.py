@@ -523,6 +523,10 @@ class Robot(Closing):
         """Presses STOP."""
         self.call("stop_program")
 
+    def reset_program(self) -> None:
+        """Goes back to the first step, with the initial values of the file."""
+        self.call("reset_program")
+
     def step_program(self) -> None:
         """Runs one step."""
         self.call("step_program")

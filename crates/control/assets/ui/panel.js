@@ -55,12 +55,13 @@ export function create(robot) {
   const stop = button("STOP", () => robot.post("program/stop"), {class: "stop"});
   const hold = toggle("FEED HOLD", on => robot.put("feed-hold", {on}), {class: "lit warn"});
   const reset = button("ALARM RESET", () => robot.post("alarms/reset"));
+  const restart = button("PROGRAM RESET", () => robot.post("program/reset"));
   const lock = toggle("MACHINE LOCK", on => robot.put("machine-lock", {on}), {class: "lit warn"});
   const safety = toggle("SAFETY OPEN", open => robot.put("safety-switch", {open}), {class: "lit bad"});
   const power = toggle("POWER", on => robot.post(on ? "power/on" : "power/off"), {class: "lit ok"});
   const file = make("p", {class: "mono"});
   const alarms = make("ul", {class: "alarms", "aria-label": "Active alarms"});
-  const keys = [start, stop, servo, hold, reset, power, lock, safety].map(one => one.element);
+  const keys = [start, stop, servo, hold, restart, reset, power, lock, safety].map(one => one.element);
   const element = make("div", {class: "panel"},
     make("div", {class: "deck"}, emergency.element, make("div", {class: "keys"}, ...keys)), alarms,
     make("div", {class: "settings"}, key.element, right.element, mode.element, speed.element), file);

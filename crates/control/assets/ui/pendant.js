@@ -376,7 +376,7 @@ function makeTeach(robot) {
     if (!selected) throw new Error("cannot add a position: select a file first");
     if (!/^[A-Z][A-Z0-9_]*$/.test(wanted)) throw new Error("cannot add a position: its name must begin with a letter and contain only letters, digits and _");
     if (positions.some(one => one.name === wanted)) throw new Error("cannot add " + wanted + ": it already exists; press TEACH next to it");
-    if (robot.state.status !== "stop (reset)") throw new Error("cannot add a position: reset the program first; select " + selected + " again");
+    if (robot.state.status !== "stop (reset)") throw new Error("cannot add a position: the program is not reset; press PROGRAM RESET");
     const path = "files/" + encodeURIComponent(selected), stored = await robot.get(path);
     if (stored.text === undefined || stored.text === null) throw new Error("cannot add a position: " + selected + " is a binary file");
     await robot.put(path, {text: withPoint(stored.text, wanted, robot.state.arm.work)});

@@ -7,7 +7,7 @@ use crate::action_error::ActionResult;
 use crate::alarm::{ALARMS, AlarmCode};
 use crate::arm::Frames;
 use crate::io::signals::{IoKind, LINE_NUMBERS, Signals};
-use crate::limits::MAX_BREAKPOINTS;
+use crate::limits::{MAX_BREAKPOINTS, TAUGHT_STEPS};
 use crate::persistence::Change;
 use crate::prelude::*;
 use crate::refusal::SelectError;
@@ -139,6 +139,10 @@ impl Robot {
 
     /// The name of a variable that exists.
     fn variable_name(&self, name: &str) -> Result<VariableName, ActionError> {
+        if name.contains('.') {
+            let reason = "variables of programs can only be read";
+            return Err(ActionError::cannot(name, format!("set {name}"), reason));
+        }
         let variable = VariableName::parse(name).map_err(|error| {
             ActionError::missing(name, format!("`{name}` is not the name of a variable: {error}"))
         })?;
@@ -164,8 +168,12 @@ impl Robot {
         }
         let frames = Frames::new(self.executor.memory().conditions());
         let values = self.arm.here(self.context.now, &frames).listed(self.arm.kind());
+        let steps = |value: f64| libm::round(value * TAUGHT_STEPS) / TAUGHT_STEPS + 0.0;
         // The configuration stands last and is whole; the others may be written as reals throughout.
-        let values = values.into_iter().map(Number::Real).collect();
+        let values = values
+            .into_iter()
+            .map(|value| Number::Real(steps(value)))
+            .collect();
         self.set_variable(name, values, restore)
     }
 

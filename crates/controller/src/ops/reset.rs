@@ -19,17 +19,28 @@ impl Robot {
             return Outcome::Ng(Refusal::NotStopped);
         }
         if let Some(reset) = reset {
-            return Outcome::from_result(self.reset_program(reset));
+            return Outcome::from_result(self.carry_out_reset(reset));
         }
         self.reset_alarms();
         Outcome::Ok
     }
 
-    /// A reset, by RS or by a signal.
+    /// A reset of the program at the panel.
+    ///
+    /// # Errors
+    /// The program runs.
+    pub(crate) fn reset_program(&mut self) -> Result<(), OperateError> {
+        if self.executor.is_running() {
+            return Err(OperateError::ProgramRuns);
+        }
+        self.carry_out_reset(Reset::Program)
+    }
+
+    /// A reset, by RS, by a signal or at the panel.
     ///
     /// # Errors
     /// Why it had no effect.
-    pub(crate) fn reset_program(&mut self, reset: Reset) -> Result<(), OperateError> {
+    pub(crate) fn carry_out_reset(&mut self, reset: Reset) -> Result<(), OperateError> {
         match reset {
             Reset::Program => {
                 self.set_feed_hold(false);

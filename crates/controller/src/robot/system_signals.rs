@@ -117,7 +117,7 @@ impl Robot {
         if self.executor.is_running() {
             return Err(OperateError::NotStopped);
         }
-        self.reset_program(reset)
+        self.carry_out_reset(reset)
     }
 
     /// Of several inputs at once the first alone is processed (S40). At once is the same instant (assumed): ACK began
