@@ -16,7 +16,7 @@ use std::path::{Path, PathBuf};
 /// One generated region.
 #[derive(Debug)]
 pub struct Region {
-    /// Page below `docs`.
+    /// Page, from `docs` on.
     pub page: &'static str,
     /// Name in the mark.
     pub name: &'static str,
@@ -24,7 +24,10 @@ pub struct Region {
     pub text: fn() -> String,
 }
 
-/// Every region of the book.
+/// The page before the book, from `docs` on.
+pub const README: &str = "../README.md";
+
+/// Every region of the book and of the README.
 pub const REGIONS: &[Region] = &[
     Region {
         page: "how-to/rust.md",
@@ -65,6 +68,11 @@ pub const REGIONS: &[Region] = &[
         page: "explanation/fidelity.md",
         name: "evidence",
         text: survey::evidence,
+    },
+    Region {
+        page: README,
+        name: "trust",
+        text: survey::trust,
     },
     Region {
         page: "explanation/fidelity.md",

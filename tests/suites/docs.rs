@@ -15,7 +15,7 @@ use std::path::PathBuf;
 use ts3100_controller::alarm::ALARMS;
 use ts3100_controller::findings::RULES;
 use ts3100_emulator::config::OPTIONS;
-use ts3100_tests::reference::{self, FILES, REGIONS};
+use ts3100_tests::reference::{self, FILES, README, REGIONS};
 
 fn document(name: &str) -> String {
     let path = reference::book().join(name);
@@ -46,7 +46,8 @@ fn every_generated_region_is_up_to_date() {
 #[test]
 fn every_region_of_the_book_is_generated() {
     let mut found = 0;
-    for path in pages() {
+    let readme = reference::book().join(README);
+    for path in pages().into_iter().chain([readme]) {
         let page = fs::read_to_string(&path).unwrap();
         for name in reference::names(&page) {
             let known = REGIONS

@@ -41,6 +41,25 @@ pub(super) fn evidence() -> String {
     table(["Evidence", "Rows"], rows)
 }
 
+/// What is proven and what is assumed, for the first page.
+pub(super) fn trust() -> String {
+    let clauses = include_str!("../../../docs/clauses.tsv").lines().skip(1);
+    let (all, tested) = clauses.fold((0, 0), |(all, tested), line| {
+        (all + 1, tested + u32::from(line.contains("::")))
+    });
+    let count = ledger::count;
+    let rows: usize = EvidenceLevel::ALL.iter().map(|level| count(*level)).sum();
+    let known =
+        count(EvidenceLevel::Stated) + count(EvidenceLevel::Observed) + count(EvidenceLevel::Inferred);
+    format!(
+        "**Proven and assumed.** {tested} of {all} statements of the maker's manuals and of real hosts have a test. Beyond them the emulator has to\n\
+         decide {rows} points: {known} are stated elsewhere, observed or inferred, {} are assumed and {} are ours. `ts3100 fidelity` counts them, and\n\
+         [Fidelity](docs/explanation/fidelity.md) lists them. [Tell us how your robot answers](docs/how-to/survey.md).",
+        count(EvidenceLevel::Assumed),
+        count(EvidenceLevel::Ours),
+    )
+}
+
 /// Why a row has no question.
 pub(super) fn reasons() -> String {
     let rows = REASONS
