@@ -7,6 +7,7 @@
 use crate::config::Settings;
 use std::io;
 use std::net::SocketAddr;
+use std::path::Path;
 use tracing::warn;
 use ts3100_controller::{Controller, DriveError, SelectError, Time};
 use ts3100_driver::driver::OpenError;
@@ -45,12 +46,14 @@ pub enum StartError {
         reason: DriveError,
     },
     /// The requested file cannot be selected.
-    #[error("cannot select {name}: {reason}")]
+    #[error("cannot select {name}: {reason}{hint}")]
     Select {
         /// Its name on the drive.
         name: String,
         /// Why, with the diagnostics of the compiler.
         reason: SelectError,
+        /// How to get an example program, as the end of the message; may be empty.
+        hint: String,
     },
     /// A port or a serial line cannot be opened, or the self-check failed.
     #[error(transparent)]
@@ -146,8 +149,7 @@ pub fn power_on(settings: &Settings) -> Result<PoweredController, StartError> {
     }
     if let Some(name) = &settings.files.select {
         let selected = controller.select(Time::ZERO, name);
-        let name = name.clone();
-        selected.map_err(|reason| StartError::Select { name, reason })?;
+        selected.map_err(|reason| cannot_select(name, reason))?;
     }
     if let Some(path) = &settings.files.restore {
         let restored = snapshot::read(path, settings.restored_as.as_deref())?;
@@ -164,6 +166,30 @@ pub fn power_on(settings: &Settings) -> Result<PoweredController, StartError> {
         has_examples: has_examples && settings.files.restore.is_none(),
         restored: remembers || settings.files.restore.is_some(),
     })
+}
+
+fn cannot_select(name: &str, reason: SelectError) -> StartError {
+    let missing = matches!(reason, SelectError::Missing(_));
+    let example = example(Path::new(name)).filter(|_| missing);
+    let hint = example.map(|(name, _)| {
+        let flag = name.to_ascii_lowercase();
+        format!(
+            ". It is an example program; with --load or --drive it is there only if you add `--load {flag}`"
+        )
+    });
+    StartError::Select {
+        name: name.to_owned(),
+        reason,
+        hint: hint.unwrap_or_default(),
+    }
+}
+
+/// The example program that a path names: a file of a configuration has its directory in front.
+fn example(path: &Path) -> Option<(&'static str, &'static str)> {
+    let name = path.file_name()?.to_str()?;
+    EXAMPLES
+        .into_iter()
+        .find(|(known, _)| known.eq_ignore_ascii_case(name))
 }
 
 fn cannot_store(name: &str) -> impl FnOnce(DriveError) -> StartError {
@@ -204,10 +230,16 @@ fn attach_backing(
     Ok(backing)
 }
 
-/// The files of `--load` with the names and line ends of the drive, followed by those given by content.
+/// The files of `--load` with the names and line ends of the drive, followed by those given by content. The name of an example
+/// program is that program where no file has the name.
 fn pc_files(settings: &Settings) -> Result<StoredFiles, StartError> {
     let mut found = Vec::new();
     for path in &settings.files.load {
+        if let Some((name, text)) = example(path).filter(|_| !path.exists()) {
+            let text = drive_content(text.as_bytes(), settings.controller.options.line_end);
+            found.push((name.to_owned(), text));
+            continue;
+        }
         let name = drive_name(path)?;
         let content = read_content(path, settings.controller.options.line_end);
         found.push((name, content.map_err(cannot("read", path))?));
@@ -252,6 +284,33 @@ mod tests {
         assert_eq!(alarms(&power_on(&settings).unwrap().controller), expected);
         settings.files.restore = None;
         assert_eq!(alarms(&power_on(&settings).unwrap().controller), expected);
+    }
+
+    #[test]
+    fn an_example_is_loaded_by_its_name_and_a_missing_one_says_how() {
+        let directory = TempDir::new("examples");
+        let mut settings = Settings::from_args(&ServeArgs::default()).unwrap();
+        settings.files.load = vec![directory.file("pick.scol", "PROGRAM PICK\nEND\n").into()];
+        settings.files.select = Some("DEMO".to_owned());
+        let Err(missing) = power_on(&settings) else {
+            panic!("DEMO was selected");
+        };
+        assert_eq!(
+            missing.to_string(),
+            "cannot select DEMO: file DEMO is not on the RAM drive. It is an example program; with --load or --drive it is there \
+             only if you add `--load demo`"
+        );
+        settings.files.load.push("demo".into());
+        let started = power_on(&settings).unwrap();
+        let names: Vec<&str> = started.controller.files().map(|(name, _)| name).collect();
+        assert!(names.contains(&"DEMO") && names.contains(&"PICK"), "{names:?}");
+        // A file of that name comes first.
+        settings.files.load = vec![directory.file("demo", "PROGRAM OWN\nEND\n").into()];
+        let started = power_on(&settings).unwrap();
+        assert_eq!(
+            started.controller.drive().get("DEMO"),
+            Some(&b"PROGRAM OWN\nEND\n"[..])
+        );
     }
 
     #[test]

@@ -197,7 +197,7 @@ flag_group! {
         /// Keep the files of the RAM drive in this directory [default: memory only]
         #[arg(long, value_name = "DIR")]
         pub drive: Option<PathBuf>,
-        /// Put files on the RAM drive; pick.scol becomes PICK
+        /// Put files on the RAM drive; pick.scol becomes PICK, demo and dialog are the examples
         #[arg(long, value_name = "FILE", num_args = 1..)]
         pub load: Vec<PathBuf> [Shared],
         /// Select this file of the RAM drive
