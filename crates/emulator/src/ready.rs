@@ -10,6 +10,7 @@ use std::collections::BTreeMap;
 use std::fmt::{self, Display, Formatter};
 use std::io::{self, Write as _};
 use std::net::SocketAddr;
+use std::path::Path;
 use ts3100_control::ControlSettings;
 use ts3100_control::robots::RobotInfo;
 use ts3100_controller::port::Port;
@@ -57,6 +58,23 @@ pub struct Ready<'a> {
     pub has_token: bool,
     /// The seed of the legal variation.
     pub vary: Option<u64>,
+    /// It runs in a container: what others reach it by is decided outside, so no page is named.
+    pub in_container: bool,
+}
+
+/// Files that container engines put into every container.
+const CONTAINER_MARKS: [&str; 2] = ["/.dockerenv", "/run/.containerenv"];
+
+/// Whether this process is what a container runs: its first, or the child of an init (`docker run --init`). A shell in a
+/// development container is not meant, where the editor forwards ports.
+pub fn in_container() -> bool {
+    let is_first = std::process::id() == 1;
+    #[cfg(unix)]
+    let is_child_of_first = std::os::unix::process::parent_id() == 1;
+    #[cfg(not(unix))]
+    let is_child_of_first = false;
+    let has_mark = || CONTAINER_MARKS.iter().any(|mark| Path::new(mark).exists());
+    is_first || (is_child_of_first && has_mark())
 }
 
 /// A robot that is alone.
@@ -175,7 +193,7 @@ impl Display for Ready<'_> {
                 self.write_robots(f)?;
             }
         }
-        if let Some(control) = self.control {
+        if let Some(control) = self.control.filter(|_| !self.in_container) {
             writeln!(f, "Open {} in a browser.", dialled_url(control))?;
         }
         self.write_commands(f)?;
@@ -313,6 +331,7 @@ mod tests {
             control: control.map(|control| control.parse().unwrap()),
             has_token: false,
             vary,
+            in_container: false,
         };
         ready.line().to_string()
     }

@@ -96,6 +96,7 @@ async fn serve_robots(
         control,
         has_token: settings.is_some_and(|control| control.token.is_some()),
         vary: fleet.vary(),
+        in_container: ready::in_container(),
     };
     say_ready(args, &ready)?;
     junit.clear();
