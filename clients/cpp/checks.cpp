@@ -62,6 +62,7 @@ void text_of_json() {
     expect("JSON: a text", "\xC3\xA9\n\"", value["a"].elements()[4].as_string());
     expect("JSON: an empty object", true, value["b"].members().empty());
     expect("JSON: values are written", "{\"a\":[1,-2500,true,null,\"\xC3\xA9\\u000a\\\"\"],\"b\":{}}", value.text());
+    expect("JSON: 64 bits are not rounded", "[8139114023949186051,6e30]", Json::parse("[8139114023949186051,6e30]").text());
     expect("JSON: the place of an error", "JSON, character 5: expected `:`, found the end", thrown<ts3100::Error>([] { Json::parse("{\"a\""); }));
     expect("JSON: no endless nesting", true, thrown<ts3100::Error>([] { Json::parse(std::string(100000, '[')); }).find("at most 64") != std::string::npos);
     expect("JSON: a number of the wrong form", true, thrown<ts3100::Error>([] { Json::parse("[-]"); }).find("expected a value") != std::string::npos);

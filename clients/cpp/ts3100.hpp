@@ -95,6 +95,7 @@ public:
     enum class Type { null, boolean, number, string, array, object };
     using Members = std::map<std::string, Json>;
     static constexpr int deepest_nesting = 64;
+    static constexpr double largest_exact = 9007199254740992;  ///< 2 to the power of 53
 
     Json() = default;
     Json(bool value) : type_(Type::boolean), number_(value ? 1 : 0) {}
@@ -143,7 +144,7 @@ public:
         switch (type_) {
             case Type::null: return "null";
             case Type::boolean: return number_ != 0 ? "true" : "false";
-            case Type::number: return number(number_);
+            case Type::number: return text_.empty() ? number(number_) : text_;
             case Type::string: return quote(text_);
             case Type::array:
                 for (const Json& element : elements_) all += std::exchange(between, ",") + element.text();
@@ -235,6 +236,8 @@ private:
             digits.imbue(std::locale::classic());
             if (!(digits >> value.number_)) fail(text, at, "a value");
             value.type_ = Type::number;
+            // Written as it was read: seeds in a snapshot have 64 bits, a double has 53.
+            if (value.number_ > largest_exact) value.text_ = text.substr(at, end - at);
             at = end;
         }
         return value;

@@ -54,7 +54,7 @@ namespace Ts3100
         public string AsString() { return Cast<string>("a string"); }
 
         /// <summary>The value of a number.</summary>
-        public double AsDouble() { return Cast<double>("a number"); }
+        public double AsDouble() { return value is ulong whole ? whole : Cast<double>("a number"); }
 
         /// <summary>The value of a whole number.</summary>
         public int AsInt() { return checked((int)AsDouble()); }
@@ -159,6 +159,9 @@ namespace Ts3100
 
         sealed class Reader
         {
+            /// <summary>2 to the power of 53.</summary>
+            const double LargestExact = 9007199254740992;
+
             public string Text;
             public int At;
 
@@ -261,9 +264,11 @@ namespace Ts3100
                 int from = At;
                 while (At < Text.Length && "+-.0123456789Ee".IndexOf(Text[At]) >= 0)
                     At++;
-                if (double.TryParse(Text.Substring(from, At - from), NumberStyles.Float, CultureInfo.InvariantCulture,
-                    out double number))
-                    return number;
+                string digits = Text.Substring(from, At - from);
+                if (double.TryParse(digits, NumberStyles.Float, CultureInfo.InvariantCulture, out double number))
+                    // Seeds in a snapshot have 64 bits, a double has 53.
+                    return number > LargestExact && ulong.TryParse(digits, NumberStyles.None, CultureInfo.InvariantCulture, out ulong whole)
+                        ? (object)whole : number;
                 At = from;
                 throw Expected("a value");
             }

@@ -47,6 +47,8 @@ static class Checks
     {
         Json value = Json.Parse("{\"a\":[1,-2.5e3,true,null,\"\\u00e9\\n\\\"\"],\"b\":{}}");
         Equal("JSON: what was read is written", "{\"a\":[1,-2500,true,null,\"\u00e9\\u000a\\\"\"],\"b\":{}}", value.ToString());
+        Equal("JSON: 64 bits are not rounded", "[8139114023949186051,6E+30]", Json.Parse("[8139114023949186051,6e30]").ToString());
+        Equal("JSON: and are a number", 8139114023949186051d, Json.Parse("8139114023949186051").AsDouble());
         Equal("JSON: an object of names and values", "{\"x\":[1.5,2],\"y\":\"z\"}", Json.Object("x", new[] { 1.5, 2 }, "y", "z"));
         Equal("JSON: the place of an error", "JSON, character 5: expected `:`, found the end",
             Thrown<FormatException>(() => Json.Parse("{\"a\"")));
