@@ -23,7 +23,7 @@ GENERIC = {
     "get_fault_kinds": "a table of the documentation", "get_arm": DATA, "get_channels": "part of `state`", "check_program": DATA,
     "get_coverage": DATA, "decode_text": DATA, "get_events": "a stream; with `count` it ends", "get_fault": "`faults` has it",
     "get_health": "for monitoring", "get_metrics": "for monitoring", "get_lines": DATA, "get_parameters": DATA, "get_power": "`state` has it",
-    "get_robot": "`address` has its ports", "get_scenario": DATA, "get_snapshot": "a file", "load_snapshot": "a file",
+    "get_robot": "`address` has its ports", "get_scenario": DATA, "get_snapshot": "a file", "load_snapshot": "a file; JavaScript rounds its seeds",
     "get_named_snapshot": "a file", "get_status_frame": DATA, "get_version": "for the report of a fault", "get_wires": DATA,
     "put_outside": "only with a file of wires",
 }

@@ -1,16 +1,14 @@
-// Plays the calls of a file by Robot.Call, and prints an answer a line: tests/system/lib/recorded_calls.py compares them.
+// Plays the calls of a file at a URL by Robot.Call, and prints an answer a line: tests/system/lib/recorded_calls.py compares them.
 using System;
 using System.IO;
 using System.Linq;
 using Ts3100;
-using Ts3100.Testing;
 
 static class Play
 {
     static void Main(string[] arguments)
     {
-        using (RobotFixture fixture = RobotFixture.Start("--time", "stepped"))
-        using (var robot = new Robot(fixture.Process.ControlUrl))
+        using (var robot = new Robot(arguments[1]))
             foreach (Json call in Json.Parse(File.ReadAllText(arguments[0])))
             {
                 Json values = call["arguments"];

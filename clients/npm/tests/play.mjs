@@ -1,8 +1,8 @@
-// Plays the calls of a file by Robot.call, and prints an answer a line: tests/system/lib/recorded_calls.py compares them.
+// Plays the calls of a file at a URL by Robot.call, and prints an answer a line: tests/system/lib/recorded_calls.py compares them.
 import { readFileSync } from "node:fs";
-import { ControlError, start } from "ts3100";
+import { ControlError, Robot } from "ts3100";
 
-const robot = await start({ args: ["--time", "stepped"] });
+const robot = new Robot(process.argv[3]);
 for (const { operation, arguments: values } of JSON.parse(readFileSync(process.argv[2], "utf8"))) {
   const answer = await robot.call(operation, values).catch((error) => {
     if (error instanceof ControlError) return { error: error.message };
@@ -10,4 +10,3 @@ for (const { operation, arguments: values } of JSON.parse(readFileSync(process.a
   });
   console.log(JSON.stringify(answer));
 }
-await robot.stop();

@@ -74,11 +74,9 @@ def shown(page):
             true("%s: a block of %s" % (page, path), lines(block) in lines(file.read()), block)
 
 
-def plays(what, binary, folder, *player, **more):
+def plays(what, binary, folder, *player, exact=True, **more):
     """A client makes every call of the control interface by its operation."""
-    path = os.path.join(folder, "calls.json")
-    calls = recorded_calls.write(path)
-    recorded_calls.check(what, binary, calls, succeeds("%s plays the recorded calls" % what, *player, path, TS3100_BINARY=binary, **more))
+    recorded_calls.check(what, binary, folder, lambda *to: succeeds("%s plays the recorded calls" % what, *player, *to, **more), exact)
 
 
 def need(*tools):
@@ -196,7 +194,8 @@ def npm(binary, folder):
     for file in os.listdir(os.path.join(CLIENTS, "npm", "tests")):
         shutil.copy(os.path.join(CLIENTS, "npm", "tests", file), home)
     print(succeeds("start() under Node's test runner", "node", "--test", "cell.test.mjs", "dialogue.test.mjs", cwd=home), end="")
-    plays("Node", binary, folder, "node", "play.mjs", cwd=home)
+    # A number of JavaScript has 53 bits.
+    plays("Node", binary, folder, "node", "play.mjs", exact=False, cwd=home)
     code, said = run("node", "--test", "wrong_host.test.mjs", cwd=home)
     named("a wrong host fails with its finding", code, said, FINDING, LAST_TEXTS)
     succeeds("TypeScript is there", "npm", "install", "--no-save", "--no-audit", "--no-fund", "typescript@5", "@types/node@22", cwd=home)

@@ -294,9 +294,7 @@ def tests(programs, folder):
 
 def plays(programs, folder, binary):
     """The client makes every call of the control interface by its operation."""
-    path = os.path.join(folder, "calls.json")
-    calls = recorded_calls.write(path)
-    recorded_calls.check("Python", binary, calls, run(os.path.join(programs, "python"), os.path.join(PACKAGE, "tests", "play.py"), path))
+    recorded_calls.check("Python", binary, folder, lambda *to: run(os.path.join(programs, "python"), os.path.join(PACKAGE, "tests", "play.py"), *to))
 
 
 def page(programs, folder):
