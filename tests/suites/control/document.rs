@@ -10,13 +10,12 @@ use ts3100_tests::bench::{Bench, builder};
 
 const TOKEN: &str = "0123456789abcdef";
 const SESSION: &str = include_str!("../../../crates/control/assets/examples.json");
-/// Calls without an example: they take or give a whole controller, or need a connected peer or a scenario.
-const WITHOUT_EXAMPLE: [&str; 6] = [
+/// Calls without an example: they take or give a whole controller.
+const WITHOUT_EXAMPLE: [&str; 3] = ["GET /snapshot", "PUT /snapshot", "GET /snapshots/{name}"];
+/// Calls that need a scenario, wires or a connected peer: `tests/system/lib/recorded_calls.py` has them.
+const NEED_CELL: [&str; 3] = [
     "GET /scenario",
     "PUT /wires/outside/{name}",
-    "GET /snapshot",
-    "PUT /snapshot",
-    "GET /snapshots/{name}",
     "POST /channels/{port}/drop",
 ];
 
@@ -198,6 +197,9 @@ fn the_examples_are_what_the_emulator_answers() {
         let call = recorded["call"].as_str().unwrap();
         assert!(known.contains(call), "{call} is in the document");
         called.insert(call.to_owned());
+        if NEED_CELL.contains(&call) {
+            continue;
+        }
         let (method, path) = call.split_once(' ').unwrap();
         let (mut path, mut query) = (path.to_owned(), Vec::new());
         for (name, value) in recorded["parameters"].as_object().into_iter().flatten() {
@@ -219,15 +221,7 @@ fn the_examples_are_what_the_emulator_answers() {
         assert!(same_form(expected, &answer), "{call}: {expected}\nfound {answer}");
     }
     let uncalled: Vec<_> = known.difference(&called).collect();
-    assert_eq!(
-        uncalled,
-        [
-            "GET /scenario",
-            "POST /channels/{port}/drop",
-            "PUT /snapshot",
-            "PUT /wires/outside/{name}"
-        ]
-    );
+    assert_eq!(uncalled, ["PUT /snapshot"]);
 }
 
 #[test]

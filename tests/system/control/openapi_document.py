@@ -17,6 +17,7 @@ import urllib.parse
 
 sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "lib"))
 import python_environment  # noqa: E402
+import recorded_calls  # noqa: E402
 from emulator import ROOT, Emulator  # noqa: E402
 from steps import equal, ok, program, serving  # noqa: E402
 
@@ -157,10 +158,11 @@ def record(binary):
     """Replays the session and writes the responses down."""
     with open(EXAMPLES, encoding="utf-8") as file:
         session = json.load(file)
-    with Emulator(binary, "--time", "stepped") as emulator:
+    with Emulator(binary, "--time", "stepped") as emulator, recorded_calls.cell(binary) as cell:
         for recorded in session:
             method, _ = recorded["call"].split(" ")
-            answer = emulator.robot.request(method, path_of(recorded, {}), recorded.get("request"))
+            robot = (cell if recorded["call"] in recorded_calls.NEED_CELL else emulator).robot
+            answer = robot.request(method, path_of(recorded, {}), recorded.get("request"))
             is_text = isinstance(answer, str)
             recorded["response"] = answer[:LONGEST_TEXT].rpartition("\n")[0] + "\n" if is_text else shortened(answer)
             if "snapshot" in recorded["call"] and method == "GET" and recorded["call"] != "GET /snapshots":
