@@ -135,7 +135,7 @@ fn states() -> Vec<Event> {
         },
         Event::ActionRefused(ActionError::conflict(
             "servo",
-            "cannot turn the servo on: the power is off",
+            "cannot turn the servo on: the power is off; turn it on first",
         )),
         Event::AlarmsReset,
         Event::Status {

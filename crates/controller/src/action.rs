@@ -10,6 +10,7 @@ pub use crate::io::signals::IoKind;
 use crate::prelude::*;
 use core::time::Duration;
 use ts3100_proto::command::Number;
+use ts3100_proto::words::Word as _;
 
 /// An action of the owner of a controller.
 #[derive(Debug, Clone, PartialEq)]
@@ -104,6 +105,28 @@ pub enum Accepted {
 }
 
 impl Action {
+    /// The verb phrase of its refusal, after "cannot".
+    pub(crate) fn verb(&self) -> String {
+        match self {
+            Action::Panel(panel) => panel.purpose().1,
+            Action::PowerOff => "turn the power off".to_string(),
+            Action::PowerOn => "turn the power on".to_string(),
+            Action::RaiseAlarm { number, .. } => format!("raise alarm {number}"),
+            Action::Pulse { side, line, .. } => format!("give {} {line} a pulse", side.word()),
+            Action::SetOutput { line, .. } => format!("set output {line}"),
+            Action::Force { side, line, .. } => format!("force {} {line}", side.word()),
+            Action::Release { side, line } => format!("release {} {line}", side.word()),
+            Action::SetVariable { name, .. } => format!("set {name}"),
+            Action::Teach { name, .. } => format!("teach {name}"),
+            Action::PutFile { name, .. } => format!("store {name}"),
+            Action::EraseFile { name } => format!("erase {name}"),
+            Action::Select { name } => format!("select {name}"),
+            Action::Breakpoints(_) => "set the breakpoints".to_string(),
+            Action::RunTo(line) => format!("run to line {line}"),
+            Action::Fault(_) => "change the faults".to_string(),
+        }
+    }
+
     /// Whether it has no effect while the power is off. Actions from outside work without power.
     pub(crate) fn needs_power(&self) -> bool {
         if let Action::Panel(panel) = self {

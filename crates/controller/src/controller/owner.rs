@@ -17,6 +17,9 @@ use crate::persistence::Then;
 use crate::prelude::*;
 use crate::refusal::OperateError;
 
+/// The reason of every action that needs power.
+const POWER_IS_OFF: &str = "the power is off; turn it on first";
+
 impl Controller {
     /// Carries out an action. A change of a file that is stored outside first is made when its answer has come. The
     /// result of an action by hand is not awaited, so its refusal is a finding.
@@ -33,12 +36,7 @@ impl Controller {
         };
         let done = match action {
             action if !robot.panel.state().powered && action.needs_power() => {
-                let verb = if let Action::Panel(panel) = &action {
-                    panel.purpose().1
-                } else {
-                    format!("do `{action}`")
-                };
-                Err(ActionError::cannot("power", verb, "the power is off"))
+                Err(ActionError::cannot("power", action.verb(), POWER_IS_OFF))
             }
             // A line that is driven by hand has a finding of its own (`no-such-line`).
             Action::Panel(PanelAction::InputLine { line, .. })

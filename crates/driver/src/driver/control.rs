@@ -185,7 +185,7 @@ impl Driver {
     fn require_peer(&self, robot: usize, port: Port, expected: bool) -> Result<(), ActionError> {
         let controller = &self.world[robot].seat.controller;
         let reason = if !controller.state().powered {
-            "the power is off"
+            "the power is off; turn it on first"
         } else if expected && controller.peer(port).is_none() {
             "nobody is connected"
         } else {
