@@ -135,9 +135,12 @@ impl VariableInfo {
         };
         let fits = move |document: &VariableInfo| !position || document.can_be_taught();
         move |view| {
-            let found = view.controller.variable(&text);
+let found = view.controller.variable(&text);
             let mut document = found
-                .map_err(|error| Problem::not_found("name", expected, error))?
+                .map_err(|error| {
+                    let sentence = format!("`{text}` is not the name of a variable: {error}");
+                    Problem::not_found("name", expected, &text).told(sentence)
+                })?
                 .map(VariableInfo::new)
                 .filter(&fits)
                 .ok_or_else(|| Problem::not_found("name", expected, text))?;

@@ -17,14 +17,14 @@ pub const MAX_VARIABLE_NAME: usize = 10;
 /// Subscripts an array element may have. The manual gives no limit; this one is ours.
 pub const MAX_SUBSCRIPTS: usize = 4;
 
-/// Why a name is rejected. Positions count characters from 0.
+/// Why a name is rejected.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum NameError {
     /// The name is empty.
-    #[error("expected a name, found nothing")]
+    #[error("the name is empty")]
     Empty,
     /// The name has too many characters.
-    #[error("expected at most {limit} characters, found {length}")]
+    #[error("a name has at most {limit} characters, this one has {length}")]
     TooLong {
         /// Characters allowed.
         limit: usize,
@@ -32,7 +32,7 @@ pub enum NameError {
         length: usize,
     },
     /// The name, or its extension, does not begin as it must.
-    #[error("expected {expected}, found {found:?} at character {at}")]
+    #[error("character {} is {found:?}, not {expected}", at + 1)]
     Character {
         /// The characters allowed at this position.
         expected: &'static str,
@@ -42,7 +42,7 @@ pub enum NameError {
         at: usize,
     },
     /// A dot without an extension.
-    #[error("expected an extension after the dot, found nothing")]
+    #[error("the extension after the dot is empty")]
     NoExtension,
     /// The subscripts in parentheses are not whole numbers with commas between them.
     #[error("expected at most {MAX_SUBSCRIPTS} subscripts as in (1,2), found {found:?}")]
@@ -265,8 +265,10 @@ mod tests {
         let error = FileName::parse("AB.C.D").map_err(|error| error.to_string());
         assert_eq!(
             error,
-            Err("expected a letter or a digit, found '.' at character 4".to_string())
+            Err("character 5 is '.', not a letter or a digit".to_string())
         );
+        let error = VariableName::parse("5x").map_err(|error| error.to_string());
+        assert_eq!(error, Err("character 1 is '5', not a letter".to_string()));
     }
 
     #[test]
