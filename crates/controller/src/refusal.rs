@@ -137,7 +137,7 @@ pub(crate) enum OperateError {
     NotStopped,
     #[error("the program is running; stop it first")]
     ProgramRuns,
-    #[error("the operation mode can be set only while the robot is stopped; send SP first")]
+    #[error("the operation mode can be set only while the robot is stopped; stop it first")]
     Running,
     #[error("several inputs changed at the same moment, and only the first is processed")]
     NotFirst,
@@ -145,9 +145,9 @@ pub(crate) enum OperateError {
     NotTeaching,
     #[error("a program or a DO statement is under way")]
     Busy,
-    #[error("the guide mode is FREE; choose another with GM")]
+    #[error("the guide mode is FREE; choose another first")]
     Free,
-    #[error("the arm is being guided; send JG with ! first")]
+    #[error("the arm is being guided by JG; stop that first")]
     Guided,
     #[error(transparent)]
     Select(#[from] SelectError),
@@ -172,9 +172,9 @@ pub(crate) enum VariableError {
     },
     #[error("type {code} does not match the subscripts of {name}")]
     Subscripts { code: i32, name: String },
-    #[error("expected {expected}, found `{found}`{hint}")]
+    #[error("expected {expected}, found {found}{hint}")]
     Value {
-        expected: &'static str,
+        expected: String,
         found: String,
         hint: &'static str,
     },

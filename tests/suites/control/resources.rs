@@ -276,6 +276,14 @@ fn variables_are_those_of_the_host() {
     assert_eq!(robot.get("/variables/A%281%29")["value"], json!([5]));
     robot.refused(409, "PUT", "/variables/COUNT", r#"{"value":[1.5]}"#);
     robot.refused(409, "PUT", "/variables/COUNT", r#"{"value":[1,2]}"#);
+    assert_eq!(
+        robot.refused(409, "PUT", "/variables/COUNT", r#"{"value":[1,2]}"#),
+        "cannot set COUNT: expected one integer, found 2 numbers: `1 2`; a comma separates values: write decimals with a point"
+    );
+    assert_eq!(
+        robot.refused(409, "PUT", "/positions/P1", r#"{"value":[1,2,3]}"#),
+        "cannot set P1: expected a position of 8 numbers, found 3 numbers: `1 2 3`"
+    );
     robot.refused(404, "PUT", "/variables/NONE", r#"{"value":[1]}"#);
     robot.refused(404, "GET", "/variables/A(3)", "");
     robot.refused(404, "GET", "/variables/1A", "");

@@ -159,20 +159,26 @@ pub(super) fn in_range(numbers: &[f64]) -> bool {
 /// The value that the numbers of MW make, their count as the arm's positions have it (CMD-MW-04).
 fn value(kind: ValueKind, numbers: &[Number], arm: Arm) -> VariableResult<Value> {
     let reals: Vec<f64> = numbers.iter().map(|number| number.as_f64()).collect();
-    let found: Vec<String> = numbers.iter().map(ToString::to_string).collect();
+    let width = kind.width(arm);
+    let listed: Vec<String> = numbers.iter().map(ToString::to_string).collect();
+    let listed = listed.join(" ");
+    let found = match numbers.len() == width {
+        true => format!("`{listed}`"),
+        false => format!("{} numbers: `{listed}`", numbers.len()),
+    };
     // A host whose language writes 1,5 sends two values.
     // With one in a position short of its configuration the count is right.
-    let may_be_too_long = numbers.len() > kind.width(arm);
-    let wrong = |expected| VariableError::Value {
+    let may_be_too_long = numbers.len() > width;
+    let wrong = |expected: String| VariableError::Value {
         expected,
-        found: found.join(" "),
+        found,
         hint: match may_be_too_long {
             true => "; a comma separates values: write decimals with a point",
             false => "",
         },
     };
     if !in_range(&reals) {
-        return Err(wrong("numbers in the range of a real"));
+        return Err(wrong("numbers in the range of a real".to_string()));
     }
     let (expected, value) = match (kind, numbers) {
         (ValueKind::Integer, [Number::Integer(integer)]) => ("", Some(Value::Integer(*integer))),
@@ -184,5 +190,10 @@ fn value(kind: ValueKind, numbers: &[Number], arm: Arm) -> VariableResult<Value>
         (ValueKind::Coordinate, _) => ("a coordinate", Trans::from_listed(arm, &reals).map(Value::from)),
         (ValueKind::Position, _) => ("a position", Position::from_listed(arm, &reals).map(Value::from)),
     };
-    value.ok_or_else(|| wrong(expected))
+    value.ok_or_else(|| {
+        wrong(match width {
+            1 => expected.to_string(),
+            _ => format!("{expected} of {width} numbers"),
+        })
+    })
 }
