@@ -16,7 +16,7 @@ use serde::{Deserialize, Deserializer, Serialize};
 use std::fmt::Display;
 use std::time::Duration;
 use tokio::time::timeout;
-use ts3100_proto::words::did_you_mean;
+use ts3100_proto::words::{backquoted, one_of, plain_message};
 
 /// Largest body in bytes. It fits the largest file of the RAM drive in hexadecimal digits.
 pub const MAX_BODY: usize = 256 * 1024;
@@ -41,20 +41,6 @@ pub struct Path<T>(pub T);
 
 /// Extracts the query of the URL.
 pub struct Query<T>(pub T);
-
-/// Describes an error in a body. serde lists every field for an unknown one; the nearest ones help more.
-fn body_message(reason: &str) -> String {
-    let hinted = || {
-        let mut words = reason.strip_prefix("unknown ")?.split('`');
-        let kind = words.next()?.trim_end();
-        let found = words.next()?;
-        let known = words.skip(1).step_by(2);
-        let hint = did_you_mean(found, known);
-        (!hint.is_empty()).then(|| format!("unknown {kind} `{found}`{hint}"))
-    };
-    let reason = hinted().unwrap_or_else(|| reason.to_owned());
-    format!("request body: {reason}")
-}
 
 async fn read(request: Request, most: usize) -> Result<Bytes, Problem> {
     let read = timeout(BODY_TIMEOUT, to_bytes(request.into_body(), most)).await;
@@ -83,7 +69,7 @@ impl<S: Send + Sync, T: DeserializeOwned> FromRequest<S> for Json<T> {
         require_object(&bytes)?;
         serde_json::from_slice(&bytes)
             .map(Json)
-            .map_err(|error| unreadable_body(&error))
+            .map_err(|error| unreadable_body::<T>(&bytes, &error))
     }
 }
 
@@ -99,13 +85,26 @@ fn require_object(body: &[u8]) -> Result<(), Problem> {
     Ok(())
 }
 
-fn unreadable_body(error: &serde_json::Error) -> Problem {
+fn unreadable_body<T: DeserializeOwned>(body: &[u8], error: &serde_json::Error) -> Problem {
     let status = if error.is_data() {
         StatusCode::UNPROCESSABLE_ENTITY
     } else {
         StatusCode::BAD_REQUEST
     };
-    Problem::new(status, body_message(&error.to_string())).at("body")
+    // Of an object with one field of several, serde does not say which.
+    let named = (body.trim_ascii() == b"{}")
+        .then(|| serde_json::from_slice::<T>(br#"{"":null}"#).err())
+        .flatten()
+        .map(|error| error.to_string())
+        .filter(|error| error.starts_with("unknown variant"));
+    let reason = match named {
+        Some(error) => {
+            let fields: Vec<String> = backquoted(&error).map(|field| format!("`{field}`")).collect();
+            format!("the object is empty; expected {}", one_of(&fields))
+        }
+        None => plain_message(&error.to_string()),
+    };
+    Problem::new(status, format!("request body: {reason}")).at("body")
 }
 
 impl<T: Serialize> IntoResponse for Json<T> {
@@ -155,8 +154,11 @@ impl<S: Send + Sync, T: DeserializeOwned + Send + 'static> FromRequestParts<S> f
         let found = parts.uri.path().to_owned();
         let path = parts.extract::<extract::Path<T>>().await;
         path.map(|extract::Path(value)| Path(value)).map_err(|error| {
-            let found = format!("{found}: {}", error.body_text());
-            Problem::unreadable("path", "a path of the OpenAPI document", found)
+            let text = error.body_text();
+            let reason = plain_message(text.trim_start_matches("Invalid URL: "));
+            let sentence = format!("path {found}: {reason}");
+            let found = format!("{found}: {reason}");
+            Problem::unreadable("path", "a path of the OpenAPI document", found).told(sentence)
         })
     }
 }
@@ -167,7 +169,10 @@ impl<S: Send + Sync, T: DeserializeOwned + Send + 'static> FromRequestParts<S> f
     async fn from_request_parts(parts: &mut Parts, _: &S) -> Result<Query<T>, Problem> {
         let query = parts.extract::<extract::Query<T>>().await;
         query.map(|extract::Query(value)| Query(value)).map_err(|error| {
-            Problem::unreadable("query", "a query of the OpenAPI document", error.body_text())
+            let text = error.body_text();
+            let reason = plain_message(text.trim_start_matches("Failed to deserialize query string: "));
+            let sentence = format!("query: {reason}");
+            Problem::unreadable("query", "a query of the OpenAPI document", reason).told(sentence)
         })
     }
 }

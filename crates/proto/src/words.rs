@@ -134,6 +134,104 @@ pub fn nearest<'a>(found: &str, known: impl IntoIterator<Item = &'a str>) -> Vec
     near.into_iter().map(|(_, word)| word).collect()
 }
 
+/// Types in the messages of deserializers, and what people call them.
+const TYPES: [(&str, &str); 14] = [
+    ("u8", "a whole number from 0 to 255"),
+    ("u16", "a whole number from 0 to 65535"),
+    ("u32", "a whole number from 0 to 4294967295"),
+    ("u64", "a whole number, at least 0"),
+    ("usize", "a whole number, at least 0"),
+    ("i32", "a whole number"),
+    ("i64", "a whole number"),
+    ("f32", "a number"),
+    ("f64", "a number"),
+    ("a boolean", "true or false"),
+    ("a map", "an object"),
+    ("map", "an object"),
+    ("a sequence", "a list"),
+    ("sequence", "a list"),
+];
+
+fn plain_type(name: &str) -> &str {
+    let known = TYPES.iter().find(|(known, _)| *known == name);
+    let object = name.starts_with("struct ").then_some("an object");
+    known.map(|(_, plain)| *plain).or(object).unwrap_or(name)
+}
+
+/// The message of a deserializer without words of Rust: `expected a number, found "x"`.
+pub fn plain_message(message: &str) -> String {
+    let (message, place) = match message.find(" at line ") {
+        Some(at) => message.split_at(at),
+        None => (message, ""),
+    };
+    let message = plain(message).unwrap_or_else(|| message.to_string());
+    // A question for the word that was meant ends the message.
+    match message.ends_with('?') {
+        true => message,
+        false => message + place,
+    }
+}
+
+fn plain(message: &str) -> Option<String> {
+    if message.starts_with("EOF while parsing") {
+        return Some("the JSON ends too early".to_string());
+    }
+    if message == "expected value" {
+        return Some("expected a value".to_string());
+    }
+    if let Some(field) = message.strip_suffix("invalid digit found in string") {
+        return Some(format!("{field}expected a whole number"));
+    }
+    // Of a part of a path: Cannot parse `line` with value `x` to a `u16`.
+    if let Some(rest) = message.strip_prefix("Cannot parse ") {
+        let (found, name) = rest.rsplit_once(" to a ")?;
+        let found = found.rsplit(' ').next()?;
+        return Some(format!(
+            "expected {}, found {found}",
+            plain_type(name.trim_matches('`'))
+        ));
+    }
+    if let Some(rest) = message.strip_prefix("unknown ") {
+        let (kind, rest) = rest.split_once(" `")?;
+        let (found, _) = rest.split_once('`')?;
+        let known = backquoted(message);
+        let kind = if kind == "variant" { "value" } else { kind };
+        let known: Vec<String> = known.map(ToString::to_string).collect();
+        let listed = match known.is_empty() {
+            true => String::new(),
+            false => format!("; expected {}", one_of(&known)),
+        };
+        let hint = did_you_mean_or(found, known.iter().map(String::as_str), listed);
+        return Some(format!("unknown {kind} `{found}`{hint}"));
+    }
+    let rest = message
+        .strip_prefix("invalid type: ")
+        .or_else(|| message.strip_prefix("invalid value: "))?;
+    let (found, expected) = rest.split_once(", expected ")?;
+    let prefixes = ["string ", "integer ", "floating point ", "boolean "];
+    let found = prefixes
+        .iter()
+        .find_map(|prefix| found.strip_prefix(prefix))
+        .unwrap_or(found);
+    Some(format!(
+        "expected {}, found {}",
+        plain_type(expected),
+        plain_type(found)
+    ))
+}
+
+/// The words in backquotes after the first, each in one case only.
+pub fn backquoted(message: &str) -> impl Iterator<Item = &str> {
+    let words: Vec<&str> = message.split('`').skip(3).step_by(2).collect();
+    let mut known: Vec<&str> = Vec::new();
+    for word in words {
+        if !known.iter().any(|known| known.eq_ignore_ascii_case(word)) {
+            known.push(word);
+        }
+    }
+    known.into_iter()
+}
+
 /// Fewest letters to insert, remove, replace or swap with their neighbour (optimal string alignment).
 fn distance(one: &str, other: &str) -> usize {
     let other: Vec<char> = other.chars().collect();
@@ -181,6 +279,60 @@ mod tests {
         ] {
             assert_eq!(distance(one, other), expected, "{one} {other}");
             assert_eq!(distance(other, one), expected, "{one} {other}");
+        }
+    }
+
+    #[test]
+    fn messages_of_deserializers_are_plain() {
+        for (message, plain) in [
+            (
+                "invalid type: string \"x\", expected f64 at line 1 column 14",
+                "expected a number, found \"x\" at line 1 column 14",
+            ),
+            (
+                "invalid type: integer `1`, expected a boolean",
+                "expected true or false, found `1`",
+            ),
+            (
+                "invalid value: integer `-1`, expected u16",
+                "expected a whole number from 0 to 65535, found `-1`",
+            ),
+            (
+                "invalid type: map, expected a sequence",
+                "expected a list, found an object",
+            ),
+            (
+                "invalid type: null, expected struct SetLine",
+                "expected an object, found null",
+            ),
+            (
+                "Cannot parse `99999` to a `u16`",
+                "expected a whole number from 0 to 65535, found `99999`",
+            ),
+            (
+                "Cannot parse `line` with value `x` to a `u16`",
+                "expected a whole number from 0 to 65535, found `x`",
+            ),
+            (
+                "since: invalid digit found in string",
+                "since: expected a whole number",
+            ),
+            (
+                "unknown variant `IP9`, expected one of `COM1`, `com1`, `HOST`, `host`",
+                "unknown value `IP9`; expected COM1 or HOST",
+            ),
+            (
+                "unknown field `press`, expected `pressed` at line 1 column 8",
+                "unknown field `press`; did you mean `pressed`?",
+            ),
+            ("unknown field `x`, there are no fields", "unknown field `x`"),
+            (
+                "EOF while parsing a value at line 1 column 0",
+                "the JSON ends too early at line 1 column 0",
+            ),
+            ("missing field `percent`", "missing field `percent`"),
+        ] {
+            assert_eq!(plain_message(message), plain);
         }
     }
 

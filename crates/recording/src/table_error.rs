@@ -2,13 +2,14 @@
 //! messages say what was expected.
 
 use std::ops::Range;
+use ts3100_proto::words::plain_message;
 
 /// Something wrong at a place of the text.
 pub(crate) struct TableError(pub(crate) Range<usize>, pub(crate) String);
 
 impl From<toml::de::Error> for TableError {
     fn from(error: toml::de::Error) -> TableError {
-        TableError(error.span().unwrap_or(0..0), error.message().to_owned())
+        TableError(error.span().unwrap_or(0..0), plain_message(error.message()))
     }
 }
 

@@ -397,6 +397,72 @@ fn what_changes_something_is_json() {
 }
 
 #[test]
+fn refusals_have_no_words_of_rust() {
+    let robot = Bench::start(builder());
+    for (status, method, path, body, words) in [
+        (
+            422,
+            "PUT",
+            "/override",
+            "{\"percent\":\"x\"}",
+            "request body: expected a number, found \"x\" at line 1 column 14",
+        ),
+        (
+            400,
+            "POST",
+            "/channels/IP1/inject",
+            "{}",
+            "request body: the object is empty; expected `text` or `hex`",
+        ),
+        (
+            400,
+            "PUT",
+            "/inputs/99999",
+            "{\"on\":true}",
+            "path /inputs/99999: expected a whole number from 0 to 65535, found `99999`",
+        ),
+        (
+            400,
+            "GET",
+            "/events?since=x",
+            "",
+            "query: since: expected a whole number",
+        ),
+        (
+            404,
+            "GET",
+            "/variables/5x",
+            "",
+            "`5x` is not the name of a variable: character 1 is '5', not a letter",
+        ),
+        (
+            404,
+            "GET",
+            "/alarms/table/2-46",
+            "",
+            "unknown number `2-46`: expected an alarm of /alarms/table; did you mean `2-046`?",
+        ),
+    ] {
+        assert_eq!(robot.refused(status, method, path, body), words);
+    }
+    robot.post("/power/off", "{}");
+    for (path, body, words) in [
+        (
+            "/files/B",
+            "{\"text\":\"PROGRAM B\"}",
+            "cannot store B: the power is off; turn it on first",
+        ),
+        (
+            "/outputs/5",
+            "{\"on\":true}",
+            "cannot set output 5: the power is off; turn it on first",
+        ),
+    ] {
+        assert_eq!(robot.refused(409, "PUT", path, body), words);
+    }
+}
+
+#[test]
 fn what_cannot_be_read_is_refused_with_words() {
     let robot = Bench::start(builder());
     for (status, body) in [

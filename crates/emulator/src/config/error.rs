@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 use ts3100_control::ControlError;
 use ts3100_controller::faults::FaultError;
 use ts3100_driver::files::{self, PathError, cannot};
+use ts3100_proto::words::plain_message;
 
 /// Largest configuration file in bytes.
 const MAX_FILE: u64 = 1024 * 1024;
@@ -24,9 +25,6 @@ pub enum ConfigError {
         /// Expected and found value, with the place in the file.
         reason: String,
     },
-    /// `--set` without `=`.
-    #[error("--set: expected KEY=VALUE, found `{0}`")]
-    Pair(String),
     /// A named option is unknown or its value does not fit.
     #[error(transparent)]
     Option(#[from] OptionError),
@@ -86,7 +84,7 @@ impl ConfigError {
     /// Creates the error for a text that is not TOML, or not the table that is expected.
     pub(super) fn toml(path: &Path, text: &str, error: &toml::de::Error) -> ConfigError {
         let before = error.span().and_then(|span| text.get(..span.start));
-        let reason = error.message();
+        let reason = plain_message(error.message());
         match before {
             Some(before) => ConfigError::invalid(line_after(path, before), reason),
             None => ConfigError::invalid(path.display(), reason),

@@ -10,7 +10,7 @@ use std::fmt;
 use std::path::{Path, PathBuf};
 use std::str::FromStr;
 use ts3100_controller::model::{AXES, ArmKind, ArmModel, Axis, Joints, ScaraGeometry, SixAxisGeometry};
-use ts3100_proto::words::UnexpectedWord;
+use ts3100_proto::words::{UnexpectedWord, plain_message};
 
 /// The models shipped: name and file.
 pub const SHIPPED: [(&str, &str); 5] = [
@@ -184,7 +184,7 @@ enum ModelFileError {
     Source { table: String, found: String },
     #[error("ready: joints: expected one for each of the {axes} axes, found {joints}")]
     Joints { axes: usize, joints: usize },
-    #[error("geometry: {}", .0.message())]
+    #[error("geometry: {}", plain_message(.0.message()))]
     Geometry(toml::de::Error),
 }
 
@@ -300,7 +300,11 @@ mod tests {
             "fore_arm = 380.0",
             "geometry: unknown field `fore_arm`",
         );
-        refused("flange = 80.0", "flange = \"long\"", "geometry: invalid type");
+        refused(
+            "flange = 80.0",
+            "flange = \"long\"",
+            "geometry: expected a number, found \"long\"",
+        );
         refused(
             "min = -165.0",
             "min = 166.0",
@@ -326,7 +330,7 @@ mod tests {
             "",
             ", line 36: missing field `source`",
         );
-        refused("\"six-axis\"", "\"delta\"", "unknown variant `delta`");
+        refused("\"six-axis\"", "\"delta\"", "unknown value `delta`");
         refused("\"six-axis\"", "\"scara\"", "geometry: unknown field");
         refused(
             "[[axis]]\nsource = \"assumed (D11): as axis 2\"\nmin = -165.0\nmax = 165.0\nmax_speed = 300.0\nmax_accel = 1200.0\n",

@@ -113,6 +113,14 @@ fn what_is_wrong_is_said_with_its_line() {
             "line 3: unknown action `serv on`; did you mean `servo`?",
         ),
         (
+            "[[do]]\nat = \"1 s\"\nactions = [\"inputs 5 on\"]\n",
+            "line 3: unknown action `inputs 5 on`; did you mean `input`?",
+        ),
+        (
+            "[[do]]\nat = \"1 s\"\nactions = [\"files put A B\"]\n",
+            "line 3: unknown action `files put A B`; did you mean `file`?",
+        ),
+        (
             "[[expect]]\nwhat = \"alarm\"\nwithin = 10",
             "line 3: expected a time with its unit, found 10; write \"10 s\"",
         ),
