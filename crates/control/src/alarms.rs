@@ -140,6 +140,8 @@ pub async fn get_alarm_row(Path(number): Path<String>) -> Answer<AlarmRow> {
     row.map(|row| Json(AlarmRow::new(&row))).ok_or_else(|| {
         let replaced = AlarmCode::replacement(&number).map(|_| AlarmCode::expected_number(&number));
         let expected = replaced.unwrap_or_else(|| String::from("an alarm of /alarms/table"));
-        Problem::not_found("number", expected, number)
+        let hint = AlarmCode::did_you_mean(&number);
+        let sentence = format!("unknown number `{number}`: expected {expected}{hint}");
+        Problem::not_found("number", expected, number).told(sentence)
     })
 }

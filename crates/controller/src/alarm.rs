@@ -10,6 +10,7 @@ use alloc::collections::VecDeque;
 use ts3100_proto::calendar::CalendarTime;
 use ts3100_proto::status::AlarmLevel;
 use ts3100_proto::status::sf::alarm_word;
+use ts3100_proto::words::did_you_mean;
 
 /// One row of the alarm table.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -237,6 +238,12 @@ impl AlarmCode {
             Some(new) => format!("{new}, which replaces {found}"),
             None => String::from("the number of an alarm of the controller, for example 2-046"),
         }
+    }
+
+    /// The numbers that are probably meant by one that no row has, as the end of a message; may be empty.
+    pub fn did_you_mean(found: &str) -> String {
+        let numbers: Vec<String> = ALARMS.iter().map(AlarmCode::number).collect();
+        did_you_mean(found, numbers.iter().map(String::as_str))
     }
 
     /// `level-code` as the pendant shows it, for example `2-046`.

@@ -160,7 +160,10 @@ fn read(name: &str, rest: &str) -> ReadResult<Condition> {
         "disconnected" => Condition::Disconnected(port(rest)?),
         "alarm" if rest.is_empty() || rest == "any" => Condition::Alarm(None),
         "alarm" => {
-            let unknown = || UnexpectedWord::new(AlarmCode::expected_number(rest), rest);
+            let unknown = || {
+                let hint = AlarmCode::did_you_mean(rest);
+                UnexpectedWord::new(AlarmCode::expected_number(rest), rest).hinting(hint)
+            };
             let row = AlarmCode::from_number(rest).ok_or_else(unknown)?;
             Condition::Alarm(Some(row.number()))
         }
@@ -324,6 +327,7 @@ mod tests {
             ),
             ("line 0", "found `0`"),
             ("alarm 9-999", "found `9-999`; write `alarm` or `alarm NUMBER`"),
+            ("alarm 2-46", "found `2-46`; did you mean `2-046`?"),
             ("alarms raise", "expected reset, found `raise`"),
             ("printed", "expected text"),
             ("printed IP1", "expected text"),

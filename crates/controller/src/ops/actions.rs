@@ -4,7 +4,7 @@
 
 use crate::action::ActionError;
 use crate::action_error::ActionResult;
-use crate::alarm::{ALARMS, AlarmCode};
+use crate::alarm::AlarmCode;
 use crate::arm::Frames;
 use crate::io::signals::{IoKind, LINE_NUMBERS, Signals};
 use crate::limits::{MAX_BREAKPOINTS, TAUGHT_STEPS};
@@ -18,7 +18,7 @@ use core::time::Duration;
 use scol_mini::{AccessError, ValueKind};
 use ts3100_proto::command::{Number, VariableKind, VariableWrite};
 use ts3100_proto::name::{FileName, VariableName};
-use ts3100_proto::words::{Word, did_you_mean};
+use ts3100_proto::words::Word;
 
 fn no_statement(line: u32) -> String {
     format!("no statement is in line {line} or after it")
@@ -227,8 +227,7 @@ fn unknown_alarm(number: &str) -> ActionError {
     if let Some(new) = AlarmCode::replacement(number) {
         return ActionError::missing("alarm", format!("there is no alarm {number}; {new} replaces it"));
     }
-    let numbers: Vec<String> = ALARMS.iter().map(AlarmCode::number).collect();
-    let hint = did_you_mean(number, numbers.iter().map(String::as_str));
+    let hint = AlarmCode::did_you_mean(number);
     ActionError::missing("alarm", format!("there is no alarm {number}{hint}"))
 }
 

@@ -128,7 +128,10 @@ fn action(words: &str) -> Result<Action, ScenarioActionError> {
     if let Action::RaiseAlarm { number, .. } = &found
         && AlarmCode::from_number(number).is_none()
     {
-        return Err(UnexpectedWord::new(AlarmCode::expected_number(number), number).into());
+        let hint = AlarmCode::did_you_mean(number);
+        return Err(UnexpectedWord::new(AlarmCode::expected_number(number), number)
+            .hinting(hint)
+            .into());
     }
     Ok(found)
 }
