@@ -31,6 +31,8 @@ use ts3100_recording::book;
 
 /// The rule of a command that is refused although it is valid in this mode.
 const REFUSED_BY_STATE: &str = ts3100_controller::findings::rules::REFUSED_BY_STATE.id;
+/// The rule of an operation at the panel that had no effect.
+const REFUSED_AT_PANEL: &str = ts3100_controller::findings::rules::PANEL_REFUSED.id;
 
 /// Starts logging to stderr for the whole process; the second and later calls change nothing.
 /// `verbose` 0 shows connections, states and refusals, 1 also every text, 2 also every byte.
@@ -113,7 +115,7 @@ pub struct EventLog {
     /// Rules already logged in full, by port. A host that breaks a rule usually does so in every text, so later findings
     /// are logged at level debug.
     /// One that a fault has caused is not the host's: the first of the host is still logged in full.
-    reported: Vec<(Option<Port>, &'static Rule, bool)>,
+    reported: Vec<(Option<Port>, &'static Rule, bool, String)>,
     /// The last finding, held back: if the next event refuses the same text, both become one line.
     pending: Option<PendingFinding>,
 }
@@ -160,9 +162,13 @@ impl EventLog {
         }
     }
 
-    /// Whether this is the first finding of a rule on a port, which is noted.
-    fn is_first(&mut self, port: Option<Port>, rule: &'static Rule, is_caused: bool) -> bool {
-        let key = (port, rule, is_caused);
+    /// Whether this is the first finding of a rule on a port, which is noted. At the panel each refusal is another one.
+    fn is_first(&mut self, finding: &Finding) -> bool {
+        let message = match finding.rule.id {
+            REFUSED_AT_PANEL => finding.message.to_string(),
+            _ => String::new(),
+        };
+        let key = (finding.port, finding.rule, finding.caused_by.is_some(), message);
         let is_new = !self.reported.contains(&key);
         if is_new {
             self.reported.push(key);
@@ -179,13 +185,13 @@ impl EventLog {
         finding: Option<&Finding>,
     ) {
         let known = finding.map(|finding| finding.rule);
+        let first = finding.filter(|finding| self.is_first(finding));
         let severity = finding.map(|finding| finding.severity().as_str());
         let cause = finding.and_then(|finding| finding.caused_by);
-        let first = known.filter(|rule| self.is_first(Some(port), rule, cause.is_some()));
         let caused_by = cause.map(|cause| cause.to_string());
         let (port, rule) = (port.name(), known.map(|rule| rule.id));
         let about = finding.map_or_else(String::new, |finding| refusal_rule(finding, reason));
-        let (Some(explained), Some(found)) = (first, finding) else {
+        let Some(found) = first else {
             info!(
                 event = "refused",
                 %t, port, command, reason, rule, severity, "caused-by" = caused_by,
@@ -193,13 +199,13 @@ impl EventLog {
             );
             return;
         };
-        let (level, remedy) = (found.severity(), explained.remedy);
+        let (level, remedy) = (found.severity(), found.rule.remedy);
         // The reason is all there is to say of a command that is refused by the state of the robot.
         let advice = match rule {
             Some(REFUSED_BY_STATE) => String::new(),
             // The host has nothing to change.
             _ if cause.is_some() => String::new(),
-            _ => format!(". {}", advice(explained)),
+            _ => format!(". {}", advice(found.rule)),
         };
         warn_or_info!(
             level > Severity::Note,
@@ -211,7 +217,7 @@ impl EventLog {
 
     fn log_finding(&mut self, PendingFinding { t, finding: found }: &PendingFinding) {
         let (known, port, message) = (found.rule, found.port, &found.message);
-        let first = self.is_first(port, known, found.caused_by.is_some());
+        let first = self.is_first(found);
         // A hasty host has a finding with each text.
         if !first && !tracing::enabled!(tracing::Level::DEBUG) {
             return;
@@ -407,7 +413,26 @@ mod tests {
         assert_eq!(log.reported.len(), 2);
         let (port, peer) = (Port::Host, String::new());
         log.input(Time::ZERO, &Input::Connected { port, peer }, Side::Host);
-        assert_eq!(log.reported, [(Some(Port::Ip0), &rules::NO_CR, false)]);
+        let of_ip0 = (Some(Port::Ip0), &rules::NO_CR, false, String::new());
+        assert_eq!(log.reported, [of_ip0]);
+    }
+
+    #[test]
+    fn each_different_refusal_at_the_panel_is_told() {
+        let refused = |message: &str| {
+            let finding = Finding {
+                rule: &rules::PANEL_REFUSED,
+                message: message.to_owned().into(),
+                ..no_cr(None).finding
+            };
+            Event::Finding(finding)
+        };
+        let [servo, start] = [
+            refused("cannot turn the servo on"),
+            refused("cannot start the program"),
+        ];
+        let told = lines(&[servo.clone(), start, servo, Event::AlarmsReset]);
+        assert_eq!(told.len(), 3, "{told:?}");
     }
 
     /// The JSON lines logged for these events.

@@ -1,5 +1,5 @@
 //! Folds floods of similar log lines. Lines are similar when the same statement of the program logs them about the same
-//! port. In each window of time the first few are written; of the rest only the last one is, with the number of lines
+//! port or action. In each window of time the first few are written; of the rest only the last one is, with the number of lines
 //! that it replaces.
 //!
 //! The writer thread in [`super::writer`] is the only user and owns the clock.
@@ -16,21 +16,25 @@ const WINDOW: Duration = Duration::from_secs(1);
 /// Keys that are tracked at once, which bounds the memory. Lines with further keys are not folded.
 const MAX_KEYS: usize = 64;
 
-/// The key that similar lines share: the log statement they come from, and the port they are about (or their first word).
+/// The key that similar lines share: the log statement they come from, and the port or the action they are about.
 pub(super) type LineKey = (Identifier, String);
 
 /// The key of a formatted line.
 pub(super) fn line_key(from: Identifier, line: &[u8], format: LogFormat) -> LineKey {
     let line = String::from_utf8_lossy(line);
-    let about = match format {
-        // After the time and the level.
-        LogFormat::Text => line.split_whitespace().nth(2),
-        LogFormat::Json => {
-            let port = line.split_once(r#""port":""#).map(|(_, rest)| rest);
-            port.and_then(|rest| rest.split('"').next())
-        }
+    let message = match format {
+        // After the time, which has colons of its own.
+        LogFormat::Text => line.split_once(' ').map(|(_, rest)| rest.trim_end()),
+        LogFormat::Json => line.split_once(r#""message":""#).map(|(_, rest)| rest),
     };
-    (from, about.unwrap_or_default().to_owned())
+    let mut parts = message.unwrap_or_default().split([':', '"']);
+    let first = parts.next().unwrap_or_default();
+    // A message begins with its port or with what could not be done; these two name the action after it.
+    let about = match first.ends_with("scenario") || first.ends_with("panel-refused") {
+        true => format!("{first}:{}", parts.next().unwrap_or_default()),
+        false => first.to_owned(),
+    };
+    (from, about)
 }
 
 struct Fold {
@@ -180,9 +184,33 @@ mod tests {
     }
 
     #[test]
+    fn different_actions_are_not_similar() {
+        let text = |message: &str| format!("2026-01-01T00:00:00Z  INFO {message}\n");
+        let json =
+            |message: &str| format!("{{\"level\":\"INFO\",\"message\":\"{message}\",\"event\":\"x\"}}\n");
+        let same = |one: &str, other: &str| {
+            let text = key_of(&text(one), LogFormat::Text).1 == key_of(&text(other), LogFormat::Text).1;
+            let json = key_of(&json(one), LogFormat::Json).1 == key_of(&json(other), LogFormat::Json).1;
+            assert_eq!(text, json, "{one} {other}");
+            text
+        };
+        assert!(same("IP0: SU refused: a", "IP0: SO refused: b"));
+        assert!(same("teach pendant: 1", "teach pendant: 2"));
+        assert!(!same("scenario: servo on", "scenario: servo off"));
+        assert!(!same(
+            "cannot store A: the power is off",
+            "cannot store B: the power is off"
+        ));
+        assert!(!same(
+            "finding panel-refused: cannot turn the servo on: a",
+            "finding panel-refused: cannot start the program: a"
+        ));
+    }
+
+    #[test]
     fn in_json_the_number_is_a_field_and_the_kinds_are_bounded() {
         let (mut folds, now) = (LineFolder::new(LogFormat::Json), Instant::now());
-        let line = |port: usize| format!("{{\"message\":\"m\",\"port\":\"P{port}\"}}\n");
+        let line = |port: usize| format!("{{\"message\":\"P{port}: m\",\"port\":\"P{port}\"}}\n");
         for _ in 0..=BURST {
             for port in 0..2 * MAX_KEYS {
                 let line = line(port);
@@ -193,7 +221,7 @@ mod tests {
         assert_eq!(summaries.len(), MAX_KEYS);
         assert_eq!(
             summaries[0],
-            "{\"message\":\"m\",\"port\":\"P0\",\"repeated\":1}\n"
+            "{\"message\":\"P0: m\",\"port\":\"P0\",\"repeated\":1}\n"
         );
         let read: serde_json::Value = serde_json::from_str(&summaries[1]).unwrap();
         assert_eq!(read["repeated"], 1);
