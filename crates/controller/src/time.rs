@@ -51,6 +51,24 @@ pub fn parse_duration_in(unit: &str, text: &str) -> Result<Duration, DurationErr
     parse_duration(text)
 }
 
+/// A duration in words: `1 microsecond`, `500 ms`, `10 min`, `24 h`.
+pub fn duration_in_words(duration: Duration) -> String {
+    let micros = duration.as_micros();
+    let units = [
+        ("h", 3_600_000_000),
+        ("min", 60_000_000),
+        ("s", 1_000_000),
+        ("ms", 1_000),
+    ];
+    let whole = |(_, size): &(&str, u128)| micros % size == 0 && micros > 0;
+    match (units.into_iter().find(whole), micros) {
+        (Some((unit, size)), _) => format!("{} {unit}", micros / size),
+        (None, 0) => "0 s".to_string(),
+        (None, 1) => "1 microsecond".to_string(),
+        (None, _) => format!("{micros} microseconds"),
+    }
+}
+
 fn to_duration(text: &str) -> Option<Duration> {
     let mut units = UNITS.into_iter();
     let (number, micros) = units.find_map(|(unit, micros)| Some((text.strip_suffix(unit)?, micros)))?;

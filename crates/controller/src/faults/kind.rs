@@ -113,7 +113,7 @@ impl ParameterValues {
 pub(super) fn parse_escaped(text: &str) -> Option<Vec<u8>> {
     let byte = |unit| match unit {
         Unit::Char(char) => u8::try_from(char).ok().filter(u8::is_ascii),
-        Unit::Code(code) => control_code(&code.to_ascii_uppercase()).or_else(|| hex_byte(code)),
+        Unit::Code(code) => control_code(code).or_else(|| hex_byte(code)),
     };
     units(text).map(|unit| byte(unit.ok()?)).collect()
 }

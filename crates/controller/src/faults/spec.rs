@@ -36,6 +36,9 @@ impl ParameterType {
     /// The phrase for error messages, after "expected".
     pub fn description(&self) -> String {
         match self {
+            ParameterType::Number { unit: "ms", min, max } => {
+                format!("a duration of whole ms from {min} to {max}, for example 500 or 1.5 s")
+            }
             ParameterType::Number { unit, min, max } => {
                 format!("a whole number of {unit} from {min} to {max}")
             }

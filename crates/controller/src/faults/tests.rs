@@ -146,7 +146,7 @@ fn what_is_no_fault_is_refused_with_what_was_expected_and_found() {
         ("no-reply:times=-1", "expected a whole number from 0 to 1000000"),
         (
             "late-reply:delay=11m",
-            "expected a whole number of ms from 0 to 600000, found `11m`",
+            "expected a duration of whole ms from 0 to 600000, for example 500 or 1.5 s, found `11m`",
         ),
         ("late-reply:delay=601s", "from 0 to 600000"),
         ("late-reply:delay=0.0001s", "from 0 to 600000"),

@@ -225,7 +225,10 @@ mod tests {
             ("192.0.2.1 --channels ip0=0", "a port from 1"),
             ("192.0.2.1 --channels ip0,ip0=5", "twice"),
             ("192.0.2.1 --port-offset 65000", "exceed"),
-            ("192.0.2.1 --connect-timeout 0", "a duration from 1us to 1440min"),
+            (
+                "192.0.2.1 --connect-timeout 0",
+                "a duration from 1 microsecond to 24 h",
+            ),
             ("192.0.2.1:x", "NAME:PORT"),
             ("192.0.2.1:65535", "exceeds"),
         ] {

@@ -19,7 +19,7 @@ use std::path::{Path, PathBuf};
 use std::str::FromStr;
 use std::time::Duration;
 use ts3100_control::ControlChoice;
-use ts3100_controller::time::{DurationError, parse_duration, parse_duration_in};
+use ts3100_controller::time::{DurationError, duration_in_words, parse_duration, parse_duration_in};
 use ts3100_controller::{ControlRight, ControllerType, Dialect, KeySwitch};
 use ts3100_driver::clock::{TimeGap, TimeMode};
 use ts3100_driver::tcp::Ports;
@@ -517,9 +517,13 @@ pub fn seconds(
 }
 
 fn within(time: Duration, least: &str, most: &str, text: &str) -> Result<Duration, DurationArgError> {
-    let is_inside = (parse_duration(least)?..=parse_duration(most)?).contains(&time);
-    let outside = || UnexpectedWord::new(format!("a duration from {least} to {most}"), text);
-    Ok(Some(time).filter(|_| is_inside).ok_or_else(outside)?)
+    let (least, most) = (parse_duration(least)?, parse_duration(most)?);
+    let outside = || {
+        let (least, most) = (duration_in_words(least), duration_in_words(most));
+        UnexpectedWord::new(format!("a duration from {least} to {most}"), text)
+    };
+    let inside = Some(time).filter(|time| (least..=most).contains(time));
+    Ok(inside.ok_or_else(outside)?)
 }
 
 /// A duration of the command line that is not accepted.
