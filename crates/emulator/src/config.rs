@@ -121,11 +121,7 @@ impl Settings {
             .with_controller(args.robot.controller.unwrap_or_default());
         let mut links = LinkOptions::default();
         for pair in &args.robot.set {
-            let pair = pair
-                .split_once('=')
-                .ok_or_else(|| ConfigError::Pair(pair.clone()));
-            let (key, value) = pair?;
-            set_option(&mut controller.options, &mut links, key.trim(), value.trim())?;
+            options::set_pair(&mut controller.options, &mut links, pair)?;
         }
         if let Some(model) = &args.robot.model {
             controller.model = model.read()?;

@@ -8,6 +8,7 @@ use super::args::{RobotTable, WireTable};
 use super::error::{ConfigError, line_after, read_text};
 use super::exported;
 use super::flag_group::{Flag, Mark};
+use super::options::set_pair;
 use clap::Args as _;
 use clap::error::{ContextKind, ContextValue};
 use std::collections::BTreeMap;
@@ -16,6 +17,8 @@ use std::ffi::OsString;
 use std::path::Path;
 use toml::de::DeTable;
 use toml::{Table, Value};
+use ts3100_controller::{Dialect, Options};
+use ts3100_driver::tcp::LinkOptions;
 use ts3100_proto::words::did_you_mean;
 
 /// Prefix of the environment variables that set flags.
@@ -77,13 +80,24 @@ pub fn variable(flag: &str) -> String {
     format!("{PREFIX}{}", flag.to_ascii_uppercase().replace('-', "_"))
 }
 
-/// A file and the line of a key in it.
+/// A file and the line of a key in it; a key of a nested table has dots.
 fn place(path: &Path, text: &str, key: &str) -> String {
     let table = DeTable::parse(text).ok();
-    let keys = table.as_ref().map(|table| table.get_ref().iter());
-    let found = keys.and_then(|mut keys| keys.find(|(known, _)| known.get_ref().as_ref() == key));
-    let before = found.and_then(|(known, _)| text.get(..known.span().start));
-    line_after(path, before.unwrap_or_default())
+    let start = table.and_then(|table| start_of(table.get_ref(), key));
+    line_after(path, text.get(..start.unwrap_or_default()).unwrap_or_default())
+}
+
+/// Where a key begins in the text.
+fn start_of(table: &DeTable<'_>, key: &str) -> Option<usize> {
+    table.iter().find_map(|(known, value)| {
+        let inner = match key.strip_prefix(known.get_ref().as_ref())? {
+            "" => None,
+            inner => Some(inner.strip_prefix('.')?),
+        };
+        inner.map_or(Some(known.span().start), |inner| {
+            start_of(value.get_ref().as_table()?, inner)
+        })
+    })
 }
 
 fn read_file(path: &Path) -> Result<ServeArgs, ConfigError> {
@@ -154,7 +168,11 @@ fn read_keys(
                 let reason = format!("options: expected a table, found {}", value.type_str());
                 ConfigError::invalid(&origin, reason)
             })?;
-            merged.robot.set.extend(flatten(&origin, "", table, 1)?);
+            for pair in flatten(&origin, "", table, 1)? {
+                let name = pair.split('=').next().unwrap_or_default();
+                check_option(&origin_of(&format!("options.{name}")), &pair)?;
+                merged.robot.set.push(pair);
+            }
             continue;
         }
         let name = key.replace('_', "-");
@@ -233,7 +251,19 @@ fn read_key(origin: &str, key: &str, values: &[OsString]) -> Result<ServeArgs, C
         argument
     });
     let arguments: Vec<OsString> = arguments.collect();
-    ServeArgs::from_words(&arguments).map_err(|error| wrong(value_message(key, &error)))
+    let args = ServeArgs::from_words(&arguments).map_err(|error| wrong(value_message(key, &error)))?;
+    args.robot
+        .set
+        .iter()
+        .try_for_each(|pair| check_option(origin, pair))?;
+    Ok(args)
+}
+
+/// Checks an option where its place is known.
+fn check_option(origin: &str, pair: &str) -> Result<(), ConfigError> {
+    let mut options = Options::for_dialect(Dialect::default());
+    let set = set_pair(&mut options, &mut LinkOptions::default(), pair);
+    set.map_err(|error| ConfigError::invalid(origin, error))
 }
 
 /// Describes an error in a value. The words of clap are about a command line, not about a file or a variable.

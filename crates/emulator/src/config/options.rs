@@ -26,6 +26,9 @@ pub enum OptionError {
         /// The options that may be meant, as the end of the message.
         hint: String,
     },
+    /// `--set` without `=`.
+    #[error("option: expected KEY=VALUE, found `{0}`")]
+    Pair(String),
     /// The value does not fit.
     #[error("option {key}: expected {expected}, found `{found}`")]
     Value {
@@ -72,7 +75,7 @@ pub enum Values {
     },
     /// Open mode of each of IP0 to IP3, as in `[E00]`.
     OpenModes,
-    /// Five times in milliseconds, or one for all.
+    /// Five durations, or one for all.
     Quartiles,
 }
 
@@ -104,7 +107,7 @@ impl fmt::Display for Values {
             Values::Whole { unit, min, max } => write!(f, "a whole number of {unit} from {min} to {max}"),
             Values::Number { min, max } => write!(f, "a number from {min} to {max}"),
             Values::Quartiles => f.write_str(
-                "five times in ms that do not fall, for example `2 3 4 6 20`, or one; at most a minute",
+                "five durations that do not fall, for example `2 3 4 6 20` in ms, or one, for example `500 ms`; at most a minute",
             ),
             Values::OpenModes => f.write_str("four digits 0, 1 or 2 as in [E00], for example `1 1 0 0`"),
         }
@@ -136,6 +139,21 @@ impl OptionRow {
         let (mut options, mut links) = (Options::for_dialect(dialect), LinkOptions::default());
         self.setting.text(&mut options, &mut links)
     }
+}
+
+/// Sets one named option from `KEY=VALUE`.
+///
+/// # Errors
+/// Another form, or as [`set_option`].
+pub(super) fn set_pair(
+    options: &mut Options,
+    links: &mut LinkOptions,
+    pair: &str,
+) -> Result<(), OptionError> {
+    let (key, value) = pair
+        .split_once('=')
+        .ok_or_else(|| OptionError::Pair(pair.to_owned()))?;
+    set_option(options, links, key.trim(), value.trim())
 }
 
 /// Sets one named option.

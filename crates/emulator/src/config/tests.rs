@@ -188,7 +188,8 @@ fn what_is_not_understood_is_refused_with_its_place() {
     }
     std::fs::write(&file, "[options]\ntext.sxt = \"detect\"").unwrap();
     assert!(
-        error_of(&["--config", path], &[]).starts_with("unknown option `text.sxt`; did you mean `text.stx`?")
+        error_of(&["--config", path], &[])
+            .ends_with("bad.toml, line 2: unknown option `text.sxt`; did you mean `text.stx`?")
     );
     assert!(
         error_of(&["--config", "/nowhere/ts3100.toml"], &[]).starts_with("cannot read /nowhere/ts3100.toml")
@@ -200,7 +201,7 @@ fn what_is_not_understood_is_refused_with_its_place() {
     );
     assert_eq!(
         error_of(&["--set", "text.stx"], &[]),
-        "--set: expected KEY=VALUE, found `text.stx`"
+        "option: expected KEY=VALUE, found `text.stx`"
     );
 }
 
@@ -494,4 +495,42 @@ fn a_duration_is_inside_its_bounds_and_has_a_unit_unless_it_is_seconds() {
     let duration = super::args::duration("1us", "1440min");
     assert_eq!(duration("5s").ok(), Some(Duration::from_secs(5)));
     assert!(duration("5").is_err());
+    let error = seconds("0").map_err(|error| error.to_string());
+    assert_eq!(
+        error,
+        Err("expected a duration from 1 microsecond to 24 h, found `0`".to_owned())
+    );
+}
+
+#[test]
+fn an_option_of_a_file_is_told_with_its_line() {
+    let dir = TempDir::new("option-line");
+    let path = dir.path().join("robot.toml");
+    for (text, line, reason) in [
+        (
+            "time = \"auto\"\n[options]\n\n\"text.stx\" = \"maybe\"\n",
+            4,
+            "option text.stx: expected detect or required, found `maybe`",
+        ),
+        (
+            "[options.text]\nstx = \"maybe\"\n",
+            2,
+            "option text.stx: expected detect or required, found `maybe`",
+        ),
+        (
+            "[options]\ntext.sxt = \"detect\"\n",
+            2,
+            "unknown option `text.sxt`; did you mean `text.stx`?",
+        ),
+    ] {
+        std::fs::write(&path, text).unwrap();
+        let error = error_of(&["--config", path.to_str().unwrap()], &[]);
+        assert_eq!(
+            error,
+            format!("{}, line {line}: {reason}", path.display()),
+            "{text}"
+        );
+    }
+    let error = error_of(&[], &[("TS3100_SET", "reply.delay=x")]);
+    assert!(error.starts_with("TS3100_SET: option reply.delay: "), "{error}");
 }

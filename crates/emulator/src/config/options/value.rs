@@ -87,7 +87,7 @@ impl Value for [OpenMode; 4] {
     }
 }
 
-/// Five times in milliseconds in rising order; a single one is used for all.
+/// Five durations in rising order; a single one is used for all, and a number without a unit is milliseconds.
 impl Value for [Duration; 5] {
     fn values() -> Values {
         Values::Quartiles
@@ -95,7 +95,16 @@ impl Value for [Duration; 5] {
 
     fn parse(text: &str) -> Option<[Duration; 5]> {
         const MOST: Duration = Duration::from_secs(60);
-        let times = parts(text).map(|word| parse_duration_in("ms", word).ok().filter(|time| *time <= MOST));
+        let mut words: Vec<String> = Vec::new();
+        for part in parts(text) {
+            match words.last_mut() {
+                // A unit belongs to the number before it.
+                Some(number) if part.starts_with(char::is_alphabetic) => number.push_str(part),
+                _ => words.push(part.to_owned()),
+            }
+        }
+        let words = words.iter();
+        let times = words.map(|word| parse_duration_in("ms", word).ok().filter(|time| *time <= MOST));
         let times = times.collect::<Option<Vec<Duration>>>()?;
         match times.as_slice() {
             [one] => Some([*one; 5]),
