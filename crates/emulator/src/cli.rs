@@ -86,7 +86,7 @@ fn grammar() -> clap::Command {
     usage::with_positionals(Cli::command())
 }
 
-/// Reads the command line of the process and does what it says. Wrong usage is exit code 2.
+/// Reads the command line of the process and does what it says. Wrong usage is exit code 2, of `exec` 125.
 pub fn main() -> ExitCode {
     // No word for people: `exec` starts its guard so.
     if std::env::args_os()
@@ -163,11 +163,33 @@ fn exit_with_usage_error(error: clap::Error) -> ! {
     }
     let error = usage::explain(error, &grammar(), &words);
     let mut words = words.into_iter();
-    let serves = words.next().is_some_and(|word| word == "exec" || word == "serve");
+    let command = words.next().unwrap_or_default();
     // The version is no error.
-    if serves && error.use_stderr() {
+    if (command == "exec" || command == "serve") && error.use_stderr() {
         let path = junit_stub::path_from_arguments(words);
         junit_stub::write(&path, &error.render().to_string());
     }
+    if command == "exec" && error.use_stderr() {
+        // A closed stderr takes no message.
+        let _ = error.print();
+        std::process::exit(i32::from(exit::EMULATOR_FAILED));
+    }
     error.exit()
+}
+
+#[cfg(test)]
+mod tests {
+    #[test]
+    fn each_argument_has_a_help() {
+        fn bare(command: &clap::Command, path: &str) -> Vec<String> {
+            let path = format!("{path} {}", command.get_name());
+            let arguments = command
+                .get_arguments()
+                .filter(|argument| argument.get_help().is_none());
+            let own = arguments.map(|argument| format!("{path} {argument}"));
+            let below = command.get_subcommands().flat_map(|below| bare(below, &path));
+            own.chain(below).collect()
+        }
+        assert_eq!(bare(&super::definition(), ""), [""; 0]);
+    }
 }

@@ -127,7 +127,24 @@ fn what_cannot_be_run_has_the_codes_of_shells_and_what_cannot_begin_its_own() {
         words.contains("s.toml, line 2: unknown key `wat`") && words.contains("did you mean `what`?"),
         "{words}"
     );
-    assert_eq!(run(&["exec"]).status.code(), Some(2), "no command");
+    assert_eq!(run(&["exec"]).status.code(), Some(125), "no command");
+}
+
+#[test]
+fn options_and_variables_are_as_those_of_serve() {
+    let lists = [run(&["exec", "--set", "help"]), run(&["serve", "--set", "help"])];
+    let [exec, serve] = lists.map(|output| (output.status.code(), output.stdout));
+    assert_eq!(exec, serve);
+    assert_eq!(exec.0, Some(0));
+    let output = ts3100(&["exec", "--", "true"])
+        .env("TS3100_PROTS", "auto")
+        .output()
+        .unwrap();
+    let words = stderr(&output);
+    assert!(
+        words.contains("ignoring unknown environment variable TS3100_PROTS"),
+        "{words}"
+    );
 }
 
 #[test]
@@ -174,11 +191,12 @@ fn a_run_that_cannot_start_leaves_a_report_that_says_why() {
         ),
         (
             &["--no-such-flag", "--", "true"],
-            2,
+            125,
             "unexpected argument '--no-such-flag",
         ),
         (&["--config", "/nowhere.toml", "--", "true"], 125, "/nowhere.toml"),
-        (&["--ports", "auto"], 2, "required"),
+        (&["--ports", "auto"], 125, "required"),
+        (&["--set", "text.stx=required"], 125, "the command is missing"),
     ] {
         std::fs::write(results, "left by the run before").unwrap();
         let output = run(&[&["exec", "--junit", results], words].concat());

@@ -445,7 +445,7 @@ fn what_does_not_go_together_is_refused_before_a_port_opens() {
     );
     // clause: T27
     let exec = run(&["exec", "--robots", "2", "--", "true"]);
-    expect_code(&exec, 2);
+    expect_code(&exec, 125);
     assert!(stderr(&exec).contains("exec runs one robot"), "{}", stderr(&exec));
 }
 

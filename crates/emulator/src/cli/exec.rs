@@ -5,12 +5,12 @@
 //! reports. [`super::guard`] ends the command when exec itself is killed.
 
 use super::ending::{Ending, run_to_end};
-use super::exit::{BY_SIGNAL, EMULATOR_FAILED, NOT_EXECUTABLE, NOT_FOUND, REPORTS_FAILED, UNUSABLE};
+use super::exit::{BY_SIGNAL, EMULATOR_FAILED, NOT_EXECUTABLE, NOT_FOUND, REPORTS_FAILED};
 use super::guard::Guard;
-use super::serve::reporting;
+use super::serve::{configured, reporting};
 use crate::config::args::PortSource;
-use crate::config::fleet::{self, FleetConfig};
-use crate::config::{self, Seed, ServeArgs, Settings, exported};
+use crate::config::fleet::FleetConfig;
+use crate::config::{Seed, ServeArgs, Settings, exported};
 use crate::embed::single_threaded;
 use crate::instances::Instance;
 use crate::launch::{Launched, ONLY};
@@ -35,8 +35,8 @@ use ts3100_driver::driver::self_check::connectable;
 /// warnings only.
 ///
 /// Exit codes: that of the command, or 128 + N when signal N ended it; plus 64 if the scenario failed, a finding was
-/// denied or the coverage is too low; 2 for several robots, which exec does not run; 125 the emulator cannot
-/// start; 126 or 127 the command cannot be executed.
+/// denied or the coverage is too low; 125 wrong usage, or the emulator cannot start; 126 or 127 the command cannot be
+/// executed.
 #[derive(Debug, Clone, Args)]
 pub(super) struct ExecArgs {
     #[command(flatten)]
@@ -44,7 +44,7 @@ pub(super) struct ExecArgs {
     /// Command to run, with its arguments
     #[arg(
         last = true,
-        required = true,
+        required_unless_present = "set",
         value_name = "COMMAND",
         help_heading = "Arguments"
     )]
@@ -59,20 +59,16 @@ struct CommandError {
     reason: io::Error,
 }
 
-/// Several robots are asked for: wrong usage, because exec does not run them yet.
-#[derive(Debug, thiserror::Error)]
-#[error(
-    "exec runs one robot; start several with `ts3100 serve --ready-json` and read their ports from its line"
-)]
-struct SeveralRobots;
+/// Why nothing is run.
+const NO_COMMAND: &str = "the command is missing: ts3100 exec [OPTIONS] -- COMMAND";
+/// Why several robots are refused.
+const SEVERAL_ROBOTS: &str =
+    "exec runs one robot; start several with `ts3100 serve --ready-json` and read their ports from its line";
 
 /// Runs to the end of the command.
 pub(super) fn run(args: ExecArgs) -> ExitCode {
     let junit = args.serve.scenario.junit.clone();
     let code_of = |error: &anyhow::Error| {
-        if error.is::<SeveralRobots>() {
-            return UNUSABLE;
-        }
         let command = error.downcast_ref::<CommandError>();
         match command.map(|error| error.reason.kind()) {
             None => EMULATOR_FAILED,
@@ -90,14 +86,15 @@ fn exec(args: ExecArgs, junit: &mut BTreeSet<PathBuf>) -> anyhow::Result<u8> {
         serve: flags,
         command,
     } = args;
-    let (mut args, _) = config::read(flags, &config::environment())?;
-    *junit = fleet::junit_files(&args);
+    let Some(mut args) = configured(flags, junit, log::start_quiet)? else {
+        return Ok(0);
+    };
+    let (program, rest) = command.split_first().context(NO_COMMAND)?;
     if args.network.ports.is_none() && args.network.port_offset.is_none() {
         args.network.ports = Some(PortSource::Auto);
     }
-    log::start_quiet(args.log.verbose, args.log.log_format.unwrap_or_default());
     let config = FleetConfig::from_args(&args)?;
-    let settings = config.only().ok_or(SeveralRobots)?;
+    let settings = config.only().context(SEVERAL_ROBOTS)?;
     if let Some(Seed::Drawn(seed)) = args.variation.vary {
         // The log is quiet here, and without the seed a failure could not be repeated.
         log::print_note(format_args!(
@@ -114,7 +111,6 @@ fn exec(args: ExecArgs, junit: &mut BTreeSet<PathBuf>) -> anyhow::Result<u8> {
         let instance = Instance::current(std::slice::from_ref(&robot), control);
         let _announced = instance.announce();
         let wait = forward_signals().context("cannot listen for signals")?;
-        let (program, rest) = command.split_first().context("cannot find a command after --")?;
         let mut guard = Guard::start().context("cannot start the guard of the command")?;
         let mut child = build_command(program, rest, settings, &robot, &instance)
             .spawn()

@@ -6,7 +6,7 @@ pub(super) use ts3100_recording::reports::BELOW_COVERAGE;
 
 /// A negative result: NG, a refused call, differences, errors in a program, an alarm in `run`.
 pub(super) const NEGATIVE: u8 = 1;
-/// Wrong usage, a file that cannot be read or written, or the emulator could not start.
+/// Wrong usage, a file that cannot be read or written, or the emulator could not start; `exec` has [`EMULATOR_FAILED`].
 pub(super) const UNUSABLE: u8 = 2;
 /// `host`, `ctl`, `ready`: no answer, or one that is late, incomplete or of another program.
 pub(super) const NO_ANSWER: u8 = 3;
@@ -16,7 +16,7 @@ pub(super) const NOT_REACHED: u8 = 4;
 pub(super) const SCENARIO_FAILED: u8 = 5;
 /// `exec`: added as a bit when `serve` would end with a code for its reports.
 pub(super) const REPORTS_FAILED: u8 = 64;
-/// `exec`: the emulator could not start, or a report could not be written.
+/// `exec`: wrong usage, the emulator could not start, or a report could not be written.
 pub(super) const EMULATOR_FAILED: u8 = 125;
 /// `exec`: the command cannot be executed, as in shells.
 pub(super) const NOT_EXECUTABLE: u8 = 126;

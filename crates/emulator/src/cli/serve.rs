@@ -49,16 +49,9 @@ pub(super) fn reporting(
 /// `junit` becomes the reports that the whole configuration asks for, as soon as that is known, and none as soon as the
 /// run has results of its own.
 fn serve(flags: ServeArgs, junit: &mut BTreeSet<PathBuf>) -> anyhow::Result<u8> {
-    if flags.robot.set.iter().any(|pair| pair == "help") {
-        list_options()?;
+    let Some(args) = configured(flags, junit, log::start)? else {
         return Ok(0);
-    }
-    let (args, unknown) = config::read(flags, &config::environment())?;
-    *junit = fleet::junit_files(&args);
-    log::start(args.log.verbose, args.log.log_format.unwrap_or_default());
-    for warning in unknown {
-        warn!("{warning}");
-    }
+    };
     let config = FleetConfig::from_args(&args)?;
     if let Some(seed) = config.only().and_then(|settings| settings.controller.vary) {
         info!(
@@ -67,6 +60,27 @@ fn serve(flags: ServeArgs, junit: &mut BTreeSet<PathBuf>) -> anyhow::Result<u8> 
         );
     }
     single_threaded()?.block_on(serve_robots(&args, config, junit))
+}
+
+/// The whole configuration, after the log has started. None for `--set help`, which lists the options.
+///
+/// # Errors
+/// The configuration is not valid.
+pub(super) fn configured(
+    flags: ServeArgs,
+    junit: &mut BTreeSet<PathBuf>,
+    start_log: fn(u8, LogFormat),
+) -> anyhow::Result<Option<ServeArgs>> {
+    if flags.robot.set.iter().any(|pair| pair == "help") {
+        return list_options().map(|()| None);
+    }
+    let (args, unknown) = config::read(flags, &config::environment())?;
+    *junit = fleet::junit_files(&args);
+    start_log(args.log.verbose, args.log.log_format.unwrap_or_default());
+    for warning in unknown {
+        warn!("{warning}");
+    }
+    Ok(Some(args))
 }
 
 /// Serves the robots until a signal.
