@@ -58,7 +58,7 @@ mod transcript;
 mod variables;
 mod wires;
 
-pub use body::MAX_SNAPSHOT;
+pub use body::{MAX_SECONDS, MAX_SNAPSHOT};
 pub use clock::{DEFAULT_WALL, MAX_WALL};
 pub use faults::fault_kinds;
 pub use settings::{ControlChoice, ControlError, ControlSettings, DEFAULT_PORT, MIN_TOKEN};

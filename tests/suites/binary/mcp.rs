@@ -162,6 +162,7 @@ fn what_is_no_request_gets_the_error_that_json_rpc_has_for_it() {
         (json!({}), "`source`: missing"),
         (json!({"source": 3}), "expected a string, found 3"),
         (json!({"sourc": "x"}), "did you mean `source`?"),
+        (json!(["x"]), "expected an object"),
     ] {
         let (said, is_error) = assistant.tool("check_program", &arguments);
         assert!(is_error && said.contains(expected), "{said}");
@@ -177,6 +178,16 @@ fn a_program_starts_only_for_a_condition_that_there_is() {
     assert!(!is_error, "{said}");
     let (said, is_error) = assistant.tool("run_program", &json!({"condition": "stopped"}));
     assert!(is_error && said.contains("unknown condition `stopped`"), "{said}");
+    for seconds in [json!(-1), json!(61), json!("5")] {
+        let (said, is_error) = assistant.tool("run_program", &json!({ "seconds": seconds }));
+        let expected = format!("`seconds`: expected a number of seconds from 0 to 60, found {seconds}");
+        assert!(is_error && said.contains(&expected), "{said}");
+    }
+    let (said, is_error) = assistant.tool("set_input", &json!({"line": 5.5, "on": true}));
+    assert!(
+        is_error && said.contains("expected a whole number from 0 to 65535, found 5.5"),
+        "{said}"
+    );
     let (state, _) = assistant.tool("state", &json!({}));
     assert!(!state.contains("running"), "{state}");
 

@@ -3,7 +3,9 @@
 use super::Robot;
 use crate::cli::controls;
 use serde_json::{Value, json};
+use std::fmt;
 use std::time::Duration;
+use ts3100_control::MAX_SECONDS;
 use ts3100_controller::Condition;
 use ts3100_controller::controls::{BUTTONS, SWITCHES, Switch};
 use ts3100_controller::findings::Rule;
@@ -36,25 +38,60 @@ pub(super) enum ToolError {
     Program(Value),
 }
 
-/// Types of arguments, by their names in schemas.
-const TEXT: &str = "string";
-const NUMBER: &str = "number";
-const SWITCH: &str = "boolean";
+/// Types of arguments.
+#[derive(Clone, Copy)]
+enum ArgumentType {
+    Text,
+    /// Seconds, from 0 to this.
+    Seconds(f64),
+    /// A whole number, from 0 to this.
+    Whole(u32),
+    Switch,
+}
 
-/// The type of a value, if an argument can be of it.
-fn type_of(value: &Value) -> Option<&'static str> {
-    match value {
-        Value::String(_) => Some(TEXT),
-        Value::Number(_) => Some(NUMBER),
-        Value::Bool(_) => Some(SWITCH),
-        Value::Null | Value::Array(_) | Value::Object(_) => None,
+impl ArgumentType {
+    /// The name in schemas.
+    fn schema(self) -> &'static str {
+        match self {
+            ArgumentType::Text => "string",
+            ArgumentType::Seconds(_) => "number",
+            ArgumentType::Whole(_) => "integer",
+            ArgumentType::Switch => "boolean",
+        }
+    }
+
+    fn fits(self, value: &Value) -> bool {
+        match self {
+            ArgumentType::Text => value.is_string(),
+            ArgumentType::Seconds(most) => value
+                .as_f64()
+                .is_some_and(|number| (0.0..=most).contains(&number)),
+            // JSON does not distinguish 5 and 5.0.
+            ArgumentType::Whole(most) => {
+                let number = value.as_f64();
+                number
+                    .is_some_and(|number| number.fract() == 0.0 && (0.0..=f64::from(most)).contains(&number))
+            }
+            ArgumentType::Switch => value.is_boolean(),
+        }
+    }
+}
+
+impl fmt::Display for ArgumentType {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            ArgumentType::Text => f.write_str("a string"),
+            ArgumentType::Seconds(most) => write!(f, "a number of seconds from 0 to {most}"),
+            ArgumentType::Whole(most) => write!(f, "a whole number from 0 to {most}"),
+            ArgumentType::Switch => f.write_str("true or false"),
+        }
     }
 }
 
 /// An argument.
 pub(super) struct Argument {
     name: &'static str,
-    kind: &'static str,
+    kind: ArgumentType,
     is_required: bool,
     about: &'static str,
     /// The end of `about`, where a table has it.
@@ -69,7 +106,7 @@ pub(super) struct Tool {
     pub(super) run: fn(&Robot<'_>, &Value) -> Result<Value, ToolError>,
 }
 
-const fn required(name: &'static str, kind: &'static str, about: &'static str) -> Argument {
+const fn required(name: &'static str, kind: ArgumentType, about: &'static str) -> Argument {
     Argument {
         name,
         kind,
@@ -79,17 +116,21 @@ const fn required(name: &'static str, kind: &'static str, about: &'static str) -
     }
 }
 
-const fn optional(name: &'static str, kind: &'static str, about: &'static str) -> Argument {
+const fn optional(name: &'static str, kind: ArgumentType, about: &'static str) -> Argument {
     Argument {
         is_required: false,
         ..required(name, kind, about)
     }
 }
 
-const SOURCE: Argument = required("source", TEXT, "The program in SCOL, with line ends");
+const SOURCE: Argument = required(
+    "source",
+    ArgumentType::Text,
+    "The program in SCOL, with line ends",
+);
 const SECONDS: Argument = optional(
     "seconds",
-    NUMBER,
+    ArgumentType::Seconds(LONGEST_WAIT),
     "Longest wait in seconds, at most 60; virtual seconds with a stepped clock; default 10",
 );
 
@@ -119,7 +160,7 @@ pub(super) const TOOLS: &[Tool] = &[
         arguments: &[
             required(
                 "name",
-                TEXT,
+                ArgumentType::Text,
                 "Name of the file, for example PICK: a letter, then letters and digits, at most 8",
             ),
             SOURCE,
@@ -129,7 +170,7 @@ pub(super) const TOOLS: &[Tool] = &[
     Tool {
         name: "read_file",
         about: "The content of a file of the RAM drive; without a name the list of files",
-        arguments: &[optional("name", TEXT, "Name of the file")],
+        arguments: &[optional("name", ArgumentType::Text, "Name of the file")],
         run: |robot, arguments| match arguments.get("name").and_then(Value::as_str) {
             Some(name) => robot.call("GET", &format!("/files/{}", percent_encoded(name)), None),
             None => robot.call("GET", "/files", None),
@@ -142,7 +183,7 @@ pub(super) const TOOLS: &[Tool] = &[
         arguments: &[
             optional(
                 "condition",
-                TEXT,
+                ArgumentType::Text,
                 "Condition to wait for: idle, status stop (reset), output 5 on, input 3 off, alarm 2-046, line 12 ...; default idle",
             ),
             SECONDS,
@@ -158,7 +199,11 @@ pub(super) const TOOLS: &[Tool] = &[
     Tool {
         name: "advance_clock",
         about: "Advance virtual time. With --time stepped nothing happens without it",
-        arguments: &[required("seconds", NUMBER, "Virtual seconds")],
+        arguments: &[required(
+            "seconds",
+            ArgumentType::Seconds(MAX_SECONDS),
+            "Virtual seconds",
+        )],
         run: |robot, arguments| {
             let body = json!({ "seconds": arguments["seconds"] });
             robot.call("POST", "/clock/advance", Some(body))
@@ -170,9 +215,13 @@ pub(super) const TOOLS: &[Tool] = &[
         arguments: &[
             Argument {
                 more: Some(controls_and_values),
-                ..required("control", TEXT, "Its name; each with its values: ")
+                ..required("control", ArgumentType::Text, "Its name; each with its values: ")
             },
-            optional("value", TEXT, "The value; for a button its second word"),
+            optional(
+                "value",
+                ArgumentType::Text,
+                "The value; for a button its second word",
+            ),
         ],
         run: panel,
     },
@@ -180,11 +229,12 @@ pub(super) const TOOLS: &[Tool] = &[
         name: "set_input",
         about: "Drive a digital input of the robot",
         arguments: &[
-            required("line", NUMBER, "Number of the input"),
-            required("on", SWITCH, "On or off"),
+            required("line", ArgumentType::Whole(65_535), "Number of the input"),
+            required("on", ArgumentType::Switch, "On or off"),
         ],
         run: |robot, arguments| {
-            let path = format!("/inputs/{}", arguments["line"]);
+            let line = arguments["line"].as_f64().unwrap_or_default();
+            let path = format!("/inputs/{line}");
             robot.call("PUT", &path, Some(json!({ "on": arguments["on"] })))
         },
     },
@@ -223,7 +273,7 @@ pub(super) const TOOLS: &[Tool] = &[
         about: "Explain a rule of the findings: its meaning, the section of the manual, the remedy",
         arguments: &[required(
             "rule",
-            TEXT,
+            ArgumentType::Text,
             "Name of the rule, for example answer-early",
         )],
         run: |_, arguments| explain(text(arguments, "rule")),
@@ -233,7 +283,7 @@ pub(super) const TOOLS: &[Tool] = &[
         about: "The transcript: every text of every port with its time, newest last",
         arguments: &[optional(
             "lines",
-            NUMBER,
+            ArgumentType::Whole(u32::MAX),
             "Maximum number of lines, from the end; default 60",
         )],
         run: traffic,
@@ -246,7 +296,7 @@ impl Tool {
         let properties = self.arguments.iter().map(|argument| {
             let more = argument.more.map(|more| more()).unwrap_or_default();
             let about = format!("{}{more}", argument.about);
-            let schema = json!({ "type": argument.kind, "description": about });
+            let schema = json!({ "type": argument.kind.schema(), "description": about });
             (argument.name.to_owned(), schema)
         });
         let required = self.arguments.iter().filter(|argument| argument.is_required);
@@ -267,12 +317,18 @@ impl Tool {
     /// # Errors
     /// One is missing, unknown or of another type.
     pub(super) fn check(&self, arguments: &Value) -> Result<(), ToolError> {
+        if !arguments.is_null() && !arguments.is_object() {
+            return Err(wrong(
+                "arguments",
+                format!("expected an object, found {arguments}"),
+            ));
+        }
         for (name, value) in arguments.as_object().into_iter().flatten() {
             match self.arguments.iter().find(|argument| argument.name == name) {
-                Some(argument) if type_of(value) == Some(argument.kind) => {}
+                Some(argument) if argument.kind.fits(value) => {}
                 Some(argument) => {
                     let expected = argument.kind;
-                    return Err(wrong(name, format!("expected a {expected}, found {value}")));
+                    return Err(wrong(name, format!("expected {expected}, found {value}")));
                 }
                 None => {
                     let known = self.arguments.iter().map(|argument| argument.name);
@@ -321,7 +377,6 @@ fn run_program(robot: &Robot<'_>, arguments: &Value) -> Result<Value, ToolError>
     let known = condition.parse::<Condition>();
     known.map_err(|error| wrong("condition", error.to_string()))?;
     robot.call("POST", "/program/start", Some(json!({})))?;
-    let seconds = seconds.clamp(0.0, LONGEST_WAIT);
     // A stepped clock stands still while somebody only waits.
     let clock = robot.call("GET", "/clock", None)?;
     let path = match clock.get("mode").and_then(Value::as_str) {
@@ -375,12 +430,11 @@ fn explain(rule: &str) -> Result<Value, ToolError> {
 }
 
 fn traffic(robot: &Robot<'_>, arguments: &Value) -> Result<Value, ToolError> {
-    let most = arguments.get("lines").and_then(Value::as_u64).unwrap_or(60);
+    let most = arguments.get("lines").and_then(Value::as_f64).unwrap_or(60.0);
     let whole = robot.call("GET", "/transcript", None)?;
     let whole = whole.as_str().unwrap_or_default();
     let lines: Vec<&str> = whole.lines().collect();
-    let from = lines
-        .len()
-        .saturating_sub(usize::try_from(most).unwrap_or(usize::MAX));
+    // Whole, and the cast saturates.
+    let from = lines.len().saturating_sub(most as usize);
     Ok(Value::String(lines.get(from..).unwrap_or_default().join("\n")))
 }
