@@ -91,6 +91,26 @@ fn refusals_are_exit_code_one() {
 }
 
 #[test]
+fn every_reply_has_a_form_in_json() {
+    let serve = Serve::start(&[]);
+    let directory = TempDir::new("binary");
+    let file = directory.file("a.scol", "PROGRAM A\nEND\n");
+    let json = |words: &[&str]| stdout(&serve.host(&[words, &["--json"]].concat()));
+    assert_eq!(
+        json(&["dl", &file]),
+        "{\"reply\":\"OK\",\"bytes\":14,\"texts\":1}\n"
+    );
+    assert_eq!(json(&["ul", "A"]), "{\"text\":\"PROGRAM A\\nEND\\n\"}\n");
+    assert_eq!(json(&["so"]), "{\"reply\":\"OK\"}\n");
+    assert_eq!(json(&["sl", "NONE"]), "{\"reply\":\"NG\"}\n");
+    let missing = stderr(&serve.host(&["--json"]));
+    assert!(
+        missing.contains("the command is missing\n\nCommands of `ts3100 host`: su sf ca"),
+        "{missing}"
+    );
+}
+
+#[test]
 fn wrong_words_are_not_sent() {
     let serve = Serve::start(&[]);
     for (words, expected) in [

@@ -19,7 +19,7 @@ use crate::log::print_error;
 use address::NoAnswer;
 use anyhow::anyhow;
 use args::{HostCommand, HostSubcommand};
-use serde_json::Value;
+use serde_json::{Value, json};
 use session::Session;
 use std::time::Duration;
 use ts3100_control::printable::escape_lines;
@@ -32,7 +32,7 @@ use ts3100_proto::text::Framing;
 pub(super) fn run(args: &HostArgs) -> anyhow::Result<u8> {
     match exchange(args) {
         Ok(true) => Ok(0),
-        Ok(false) => output::print("NG\n").map(|()| NEGATIVE),
+        Ok(false) => say("NG", args.json).map(|()| NEGATIVE),
         Err(error) if error.is::<NoAnswer>() => {
             print_error(format_args!("{error:#}"));
             Ok(NO_ANSWER)
@@ -68,13 +68,15 @@ fn perform(
 ) -> anyhow::Result<bool> {
     match &args.command {
         HostSubcommand::Own(HostCommand::Ul { output, .. }) => {
-            transfer::upload(session, command, output.as_deref())
+            transfer::upload(session, command, output.as_deref(), args.json)
         }
-        HostSubcommand::Own(HostCommand::Dl { .. }) => transfer::download(session, command, content),
+        HostSubcommand::Own(HostCommand::Dl { .. }) => {
+            transfer::download(session, command, content, args.json)
+        }
         HostSubcommand::Own(HostCommand::Rn { wait: Some(limit) }) => {
-            let started = plain(session, command)?;
+            let started = plain(session, command, args.json)?;
             if started {
-                output::print(wait_for_stop(session, *limit)?)?;
+                say(wait_for_stop(session, *limit)?, args.json)?;
             }
             Ok(started)
         }
@@ -82,18 +84,26 @@ fn perform(
             HostCommand::Rn { wait: None } | HostCommand::Mr { .. } | HostCommand::Mw { .. },
         )
         | HostSubcommand::Row(_) => match command.row().answer {
-            Answer::Acknowledge => plain(session, command),
+            Answer::Acknowledge => plain(session, command, args.json),
             Answer::File | Answer::Status => show(session, command, args.json),
         },
     }
 }
 
-fn plain(session: &mut Session, command: &Command) -> anyhow::Result<bool> {
+fn plain(session: &mut Session, command: &Command, json: bool) -> anyhow::Result<bool> {
     let done = session.request(command)? == Response::Ok;
     if done {
-        output::print("OK\n")?;
+        say("OK", json)?;
     }
     Ok(done)
+}
+
+/// Prints a reply without content.
+fn say(reply: &str, json: bool) -> anyhow::Result<()> {
+    output::print(match json {
+        true => format!("{}\n", json!({ "reply": reply })),
+        false => format!("{reply}\n"),
+    })
 }
 
 /// Waits until the program has stopped: for the SP by which the controller says so, or, as it says nothing to hosts
@@ -102,21 +112,21 @@ fn wait_for_stop(session: &mut Session, limit: Option<Duration>) -> anyhow::Resu
     session.set_total(None);
     if session.conversation().options().framing == Framing::Stx {
         session.wait_for_stop(limit)?;
-        return Ok("SP\n");
+        return Ok("SP");
     }
     let status = session.poll_until_stopped(limit)?;
     if status.execution == ExecutionStatus::Running {
         let seconds = limit.unwrap_or_default().as_secs_f64();
         return Err(NoAnswer::new(format_args!("the program is still running after {seconds} s")).into());
     }
-    Ok("stopped\n")
+    Ok("stopped")
 }
 
 /// Shows a decoded reply; one without a decoder as it comes.
 fn show(session: &mut Session, command: &Command, json: bool) -> anyhow::Result<bool> {
     let letters = command.letters();
     let Some(decode) = render::decoder(letters) else {
-        return transfer::upload(session, command, None);
+        return transfer::upload(session, command, None, json);
     };
     let Response::Content(content) = session.request(command)? else {
         return Ok(false);
