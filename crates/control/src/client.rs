@@ -54,7 +54,7 @@ pub enum ClientError {
     },
     /// Connected, but the response is late.
     #[error(
-        "http://{authority} accepts connections but has not answered within {} s (--timeout)",
+        "http://{authority} accepts connections but has not answered within {} s",
         limit.as_secs_f64()
     )]
     Late {

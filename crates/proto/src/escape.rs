@@ -101,7 +101,7 @@ pub fn units(text: &str) -> impl Iterator<Item = Result<Unit<'_>, UnclosedCode<'
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum EscapeError {
     /// A `<` without its `>`.
-    #[error("no > after <{0}")]
+    #[error("no > after <{0}; write a < alone as <3C>")]
     Unclosed(String),
     /// Two characters in angle brackets that are not hexadecimal digits.
     #[error("<{0}> is not a byte")]
@@ -157,10 +157,12 @@ pub fn hex_byte(digits: &str) -> Option<u8> {
     u8::from_str_radix(digits, 16).ok().filter(|_| plain)
 }
 
-/// The control code of this name, in upper case.
+/// The control code of this name; case does not matter.
 pub fn control_code(name: &str) -> Option<u8> {
     let mut codes = CONTROL_CODES.iter();
-    codes.find(|(known, _)| *known == name).map(|(_, code)| *code)
+    codes
+        .find(|(known, _)| known.eq_ignore_ascii_case(name))
+        .map(|(_, code)| *code)
 }
 
 #[cfg(test)]

@@ -27,6 +27,51 @@ fn code(serve: &Serve, words: &[&str]) -> Option<i32> {
 }
 
 #[test]
+fn each_list_is_asked_for_in_the_same_words() {
+    let serve = Serve::start(&["--time", "stepped"]);
+    for noun in [
+        "alarms",
+        "breakpoints",
+        "channels",
+        "faults",
+        "files",
+        "findings",
+        "inputs",
+        "outputs",
+        "positions",
+        "robots",
+        "snapshots",
+        "variables",
+        "wires",
+    ] {
+        assert_eq!(answer(&serve, &[noun, "list"]), answer(&serve, &[noun]), "{noun}");
+    }
+    assert_eq!(code(&serve, &["variables", ""]), Some(2));
+    let metrics = answer(&serve, &["metrics"]);
+    assert_eq!(metrics["ts3100_power"], 1, "{metrics}");
+}
+
+#[test]
+fn control_codes_are_written_as_traffic_prints_them() {
+    let serve = Serve::start(&["--time", "stepped"]);
+    let both = r"1<CR>2\r";
+    let channel = answer(&serve, &["channels", "ip1", "inject", both]);
+    assert_eq!(channel["buffer"], "1<CR>2<CR>");
+    let error = stderr(&ctl(&serve, &["channels", "ip1", "inject", "1<"]));
+    assert!(error.contains("no > after <; write a < alone as <3C>"), "{error}");
+}
+
+#[test]
+fn a_name_that_the_editor_of_the_robot_does_not_allow_is_warned_of() {
+    let serve = Serve::start(&["--time", "stepped"]);
+    let directory = TempDir::new("binary");
+    let file = directory.file("a.scol", "PROGRAM A\nEND\n");
+    let put = |name: &str| stderr(&ctl(&serve, &["files", "put", name, &file]));
+    assert_eq!(put("ABCDEFGH"), "");
+    assert!(put("ABCDEFGHI").starts_with("warning: the name ABCDEFGHI is longer"));
+}
+
+#[test]
 fn a_snapshot_and_a_transcript_become_files() {
     let serve = Serve::start(&["--time", "stepped"]);
     let directory = TempDir::new("binary");

@@ -75,7 +75,9 @@ impl Subcommand for SwitchCommand {
                 ValueType::State => "STATE".to_owned(),
                 ValueType::Choice | ValueType::Number(_) => switch.field.to_ascii_uppercase(),
             };
-            let word = Arg::new(WORD).value_name(name);
+            let word = Arg::new(WORD)
+                .value_name(name)
+                .help("New value; without one the switch is shown");
             let word = match &switch.value {
                 ValueType::State | ValueType::Choice => {
                     let words: Vec<&str> = switch.all_words().collect();

@@ -13,7 +13,7 @@ mod tests;
 pub use args::CtlArgs;
 
 use super::exit::{NEGATIVE, NO_ANSWER, NOT_REACHED, UNUSABLE};
-use crate::log::print_error;
+use crate::log::{print_error, print_warning};
 use args::{Command, FaultsCommand, FileCommand, SnapshotCommand};
 use call::Call;
 use serde_json::Value;
@@ -22,6 +22,7 @@ use std::path::Path;
 use ts3100_control::client::{Client, ClientError, DEFAULT_TIMEOUT, Response};
 use ts3100_control::printable::escape_lines;
 use ts3100_driver::files;
+use ts3100_proto::name::FileName;
 
 /// The status of a wait whose wall-clock time is over.
 const WAIT_ENDED: u16 = 408;
@@ -36,7 +37,11 @@ pub fn run(args: &CtlArgs) -> anyhow::Result<u8> {
         .unwrap_or_else(|| DEFAULT_TIMEOUT + call.longest_wait());
     let client = args.target.client(&url, limit)?;
     Ok(perform(&client, &call, args).unwrap_or_else(|error| {
-        print_error(format_args!("{error}{}", target::advice(&error)));
+        let limit = match &error {
+            ClientError::Late { .. } => " (--timeout)",
+            _ => "",
+        };
+        print_error(format_args!("{error}{limit}{}", target::advice(&error)));
         NO_ANSWER
     }))
 }
@@ -57,6 +62,7 @@ fn perform(client: &Client, call: &Call, args: &CtlArgs) -> Result<u8, ClientErr
         return Ok(if status == WAIT_ENDED { NOT_REACHED } else { code });
     }
     let answer = serde_json::from_str::<Value>(&text).ok();
+    warn_of_long_name(&args.command);
     // A transcript and a snapshot are shown as they come, a file by its text.
     let shown = match (&answer, &args.command) {
         (
@@ -84,8 +90,12 @@ fn perform(client: &Client, call: &Call, args: &CtlArgs) -> Result<u8, ClientErr
                 action: Some(FaultsCommand::Arm { spec }),
             },
         ) if !args.json => escape_lines(&show::armed_fault(answer, spec.id)),
+        (Some(answer), Command::Decode(_)) if !args.json => {
+            escape_lines(&show::format_document(&show::with_short_numbers(answer.clone())))
+        }
         (Some(answer), _) if !args.json => escape_lines(&show::format_document(answer)),
         (Some(answer), _) => format!("{answer}\n"),
+        (None, Command::Metrics) if args.json => format!("{}\n", show::metrics(&text)),
         (None, _) => text,
     };
     print(&shown);
@@ -96,6 +106,19 @@ fn perform(client: &Client, call: &Call, args: &CtlArgs) -> Result<u8, ClientErr
         Some(false) => NOT_REACHED,
         _ => 0,
     })
+}
+
+/// The robot stores such a file, but its editor could not have made it.
+fn warn_of_long_name(command: &Command) {
+    if let Command::Files {
+        action: Some(FileCommand::Put { name, .. }),
+    } = command
+        && FileName::parse(name).is_ok_and(|name| !name.fits_editor())
+    {
+        print_warning(format_args!(
+            "the name {name} is longer than the robot's own editor allows: 8 characters and an extension of 3"
+        ));
+    }
 }
 
 /// Makes a call whose answer is taken as it comes.

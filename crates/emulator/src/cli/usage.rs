@@ -7,7 +7,7 @@ use std::ffi::OsString;
 use ts3100_proto::words::did_you_mean;
 
 /// Words that people type for others: the command, the word, and the end of the message.
-const HINTS: [(&str, &str, &str); 13] = [
+const HINTS: [(&str, &str, &str); 15] = [
     ("ts3100", "start", "; did you mean `serve`?"),
     ("ts3100", "version", "; did you mean `--version`?"),
     ("serve", "--offset", "; did you mean `--port-offset`?"),
@@ -24,6 +24,8 @@ const HINTS: [(&str, &str, &str); 13] = [
     ),
     ("ctl", "estop", "; did you mean `emergency-stop`?"),
     ("ctl", "e-stop", "; did you mean `emergency-stop`?"),
+    ("ctl", "pose", "; did you mean `arm pose`?"),
+    ("ctl", "speed", "; did you mean `override`?"),
     ("snapshots", "save", "; did you mean `take`?"),
     ("inputs", "1", "; did you mean `on`?"),
     ("inputs", "0", "; did you mean `off`?"),
@@ -64,6 +66,13 @@ pub(super) fn explain(error: Error, root: &Command, words: &[OsString]) -> Error
     let word = error
         .get(ContextKind::InvalidArg)
         .or_else(|| error.get(ContextKind::InvalidSubcommand));
+    if error.kind() == ErrorKind::MissingSubcommand {
+        // clap lists aliases like commands.
+        let (command, path) = deepest(root, words);
+        let list = list(command, &path);
+        let message = format!("the command is missing{list}\n\nFor more information, try '{path} --help'.\n");
+        return Error::raw(ErrorKind::MissingSubcommand, message).with_cmd(root);
+    }
     let unknown = matches!(
         error.kind(),
         ErrorKind::UnknownArgument | ErrorKind::InvalidSubcommand
@@ -111,16 +120,22 @@ fn deepest<'a>(root: &'a Command, words: &[OsString]) -> (&'a Command, String) {
     found
 }
 
+fn names(command: &Command) -> impl Iterator<Item = &str> {
+    let shown = command.get_subcommands().filter(|command| !command.is_hide_set());
+    shown.map(Command::get_name)
+}
+
+/// All commands, as the end of a message.
+fn list(command: &Command, path: &str) -> String {
+    let names: Vec<&str> = names(command).collect();
+    format!("\n\nCommands of `{path}`: {}", names.join(" "))
+}
+
 /// The message names what was probably meant, or else all commands.
 fn unknown_command(command: &Command, path: &str, found: &str, hint: Option<String>) -> String {
-    let names: Vec<&str> = command
-        .get_subcommands()
-        .filter(|command| !command.is_hide_set())
-        .map(Command::get_name)
-        .collect();
-    let hint = hint.unwrap_or_else(|| did_you_mean(found, names.iter().copied()));
+    let hint = hint.unwrap_or_else(|| did_you_mean(found, names(command)));
     let list = match hint.as_str() {
-        "" => format!("\n\nCommands of `{path}`: {}", names.join(" ")),
+        "" => list(command, path),
         _ => String::new(),
     };
     format!("unknown command `{found}`{hint}{list}\n\nFor more information, try '{path} --help'.\n")

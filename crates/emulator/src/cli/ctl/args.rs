@@ -11,12 +11,27 @@ use clap::{ArgAction, Args, Subcommand};
 use std::path::PathBuf;
 use std::time::Duration;
 use ts3100_controller::CONDITION_FORMS;
+use ts3100_driver::clock::TimeMode;
+use ts3100_proto::words::UnexpectedWord;
 use ts3100_recording::transcript::TranscriptFile;
 
 /// Longest duration that is sent; the control interface has smaller limits of its own.
 const MAX_TIME: &str = "3155760000s";
 /// The methods of calls.
 pub const METHODS: [&str; 4] = ["GET", "PUT", "POST", "DELETE"];
+
+/// `list`, which every list has. Its noun alone does the same, and help shows that.
+fn list() -> clap::Command {
+    clap::Command::new("list")
+        .about("List them, as without `list`")
+        .hide(true)
+}
+
+/// Reads a name. An empty one would be another call.
+fn name(word: &str) -> Result<String, UnexpectedWord> {
+    let found = Some(word.to_owned()).filter(|name| !name.is_empty());
+    found.ok_or_else(|| UnexpectedWord::new("a name", word))
+}
 
 /// Inspect and control a running emulator, including its clock.
 ///
@@ -45,12 +60,15 @@ pub enum Command {
     /// Show the whole state of the robot
     State,
     /// List the robots of the process
+    #[command(subcommands = [list()], disable_help_subcommand = true)]
     Robots,
     /// List the wires between the robots, or set an outside line
+    #[command(subcommands = [list()], disable_help_subcommand = true)]
     Wires {
         /// Name of an outside line
-        #[arg(requires = "state")]
+        #[arg(requires = "state", value_parser = name)]
         outside: Option<String>,
+        /// Its new state
         #[arg(value_parser = word::<bool>())]
         state: Option<bool>,
     },
@@ -62,6 +80,7 @@ pub enum Command {
         action: Option<ProgramCommand>,
     },
     /// Show or set the breakpoints of the selected program
+    #[command(subcommands = [list()], disable_help_subcommand = true)]
     Breakpoints {
         /// Lines of the file, from 1
         #[arg(value_parser = whole(1, u32::MAX))]
@@ -81,17 +100,22 @@ pub enum Command {
         action: Option<PendantCommand>,
     },
     /// List, raise or reset alarms; show causes and remedies
+    #[command(subcommands = [list()])]
     Alarms {
         #[command(subcommand)]
         action: Option<AlarmsCommand>,
     },
     /// Show input lines, drive or force one, wait for one
+    #[command(subcommands = [list()])]
     Inputs(LineArgs),
     /// Show output lines, drive or force one, wait for one
+    #[command(subcommands = [list()])]
     Outputs(LineArgs),
     /// List, show or set the variables of the selected file
+    #[command(subcommands = [list()], disable_help_subcommand = true)]
     Variables {
         /// Name; an element of an array with its subscripts, A(1,2)
+        #[arg(value_parser = name)]
         name: Option<String>,
         /// New value: as many numbers as the type has
         #[arg(allow_negative_numbers = true)]
@@ -101,7 +125,10 @@ pub enum Command {
         restore: bool,
     },
     /// List, show, set or teach the positions of the selected file
+    #[command(subcommands = [list()], disable_help_subcommand = true)]
     Positions {
+        /// Name of the position
+        #[arg(value_parser = name)]
         name: Option<String>,
         /// New position: as many numbers as a position has on this arm, the configuration last; or `teach` for the present position
         #[arg(allow_negative_numbers = true)]
@@ -111,6 +138,7 @@ pub enum Command {
         restore: bool,
     },
     /// List, get, put, erase, select or check files of the RAM drive
+    #[command(subcommands = [list()])]
     Files {
         #[command(subcommand)]
         action: Option<FileCommand>,
@@ -118,7 +146,9 @@ pub enum Command {
     /// Split a text of the protocol into its fields
     Decode(DecodeArgs),
     /// Show the communication ports; inject bytes, close a connection
+    #[command(subcommands = [list()])]
     Channels {
+        /// Name of the port
         #[arg(value_parser = ["host", "com1", "ip0", "ip1", "ip2", "ip3"], ignore_case = true)]
         port: Option<String>,
         #[command(subcommand)]
@@ -133,17 +163,20 @@ pub enum Command {
     Wait(WaitArgs),
     /// Show power, or turn it off, on, or off and on again
     Power {
+        /// New state, or `cycle` for off and on again
         #[arg(value_parser = ["off", "on", "cycle"])]
         action: Option<String>,
     },
     /// Return to the state in which the emulator started
     Reset,
     /// List, arm, disarm or clear faults; list the kinds
+    #[command(subcommands = [list()])]
     Faults {
         #[command(subcommand)]
         action: Option<FaultsCommand>,
     },
     /// List, take, restore, delete, show or load snapshots
+    #[command(subcommands = [list()])]
     Snapshots {
         #[command(subcommand)]
         action: Option<SnapshotCommand>,
@@ -156,12 +189,13 @@ pub enum Command {
         file: Option<TranscriptFile>,
     },
     /// List the protocol mistakes of hosts
+    #[command(subcommands = [list()], disable_help_subcommand = true)]
     Findings,
     /// Show the coverage of the permission tables by hosts
     Coverage,
     /// Show the progress of the scenario
     Scenario,
-    /// Print counters in the text format of Prometheus
+    /// Print counters in the text format of Prometheus; with --json as an object
     Metrics,
     /// Check that the emulator answers
     Health,
@@ -184,21 +218,43 @@ pub enum Command {
 #[derive(Debug, Clone, Subcommand)]
 pub enum SnapshotCommand {
     /// Take a snapshot under a name
-    Take { name: String },
+    Take {
+        /// Name of the snapshot
+        #[arg(value_parser = name)]
+        name: String,
+    },
     /// Return to a snapshot
-    Restore { name: String },
+    Restore {
+        /// Name of the snapshot
+        #[arg(value_parser = name)]
+        name: String,
+    },
     /// Delete a snapshot
-    Delete { name: String },
+    Delete {
+        /// Name of the snapshot
+        #[arg(value_parser = name)]
+        name: String,
+    },
     /// Print the present state, or a snapshot, as a snapshot file
-    Show { name: Option<String> },
+    Show {
+        /// Name of the snapshot; none for the present state
+        #[arg(value_parser = name)]
+        name: Option<String>,
+    },
     /// Continue from a snapshot file; - is stdin
-    Load { path: PathBuf },
+    Load {
+        /// File of this computer
+        path: PathBuf,
+    },
 }
 
 #[derive(Debug, Subcommand)]
 pub enum PendantCommand {
-    /// Type text; `\r` is the Enter key
-    Keys { text: String },
+    /// Type text; <CR> or `\r` is the Enter key
+    Keys {
+        /// The keys
+        text: String,
+    },
 }
 
 #[derive(Debug, Subcommand)]
@@ -207,6 +263,7 @@ pub enum ProgramCommand {
     Button(ButtonCommand<ProgramButtons>),
     /// Run to a line and stop before it
     RunTo {
+        /// Line of the file, from 1
         #[arg(value_parser = whole(1, u32::MAX))]
         line: u32,
     },
@@ -227,8 +284,10 @@ pub struct JogKey {
     /// Axis from 1; in a coordinate system 1 to 3 go along X Y Z, 4 to 6 turn about them
     #[arg(value_parser = whole(1, u8::MAX))]
     pub axis: u8,
+    /// Coordinate system
     #[arg(long, value_parser = ["joint", "tool", "work", "world"], default_value = "joint")]
     pub coordinates: String,
+    /// Speed
     #[arg(long, value_parser = ["slow", "mid", "fast"], default_value = "slow")]
     pub speed: String,
     /// Move one step
@@ -238,8 +297,6 @@ pub struct JogKey {
 
 #[derive(Debug, Subcommand)]
 pub enum AlarmsCommand {
-    /// List the active alarms and the history
-    List,
     /// Raise an alarm
     Raise {
         /// Level and code, for example 2-046
@@ -250,13 +307,14 @@ pub enum AlarmsCommand {
     #[command(flatten)]
     Button(ButtonCommand<AlarmButtons>),
     /// Show all alarms, or one, with cause and remedy
-    Table { number: Option<String> },
+    Table {
+        /// Level and code, for example 2-046
+        number: Option<String>,
+    },
 }
 
 #[derive(Debug, Subcommand)]
 pub enum FaultsCommand {
-    /// List the faults and their outcome
-    List,
     /// Arm a fault
     Arm {
         /// KIND:key=value,... as for serve --fault
@@ -265,6 +323,7 @@ pub enum FaultsCommand {
     },
     /// Disarm a fault; it stays in the report
     Disarm {
+        /// Number of the fault
         #[arg(value_parser = whole(0, u32::MAX))]
         number: u32,
     },
@@ -276,6 +335,7 @@ pub enum FaultsCommand {
 
 #[derive(Debug, Args)]
 pub struct LineArgs {
+    /// Number of the line
     #[arg(value_parser = whole(0, u16::MAX))]
     pub line: Option<u16>,
     #[command(subcommand)]
@@ -290,6 +350,7 @@ pub enum LineCommand {
     Off,
     /// Turn it on or off for a time, then back
     Pulse {
+        /// State during the pulse
         #[arg(value_parser = word::<bool>(), action = ArgAction::Set)]
         state: bool,
         /// How long, for example 200ms or 0.5 s
@@ -298,6 +359,7 @@ pub enum LineCommand {
     },
     /// Force it to this state, whatever drives it
     Force {
+        /// State that the line shows
         #[arg(value_parser = word::<bool>(), action = ArgAction::Set)]
         state: bool,
     },
@@ -305,6 +367,7 @@ pub enum LineCommand {
     Release,
     /// Wait until it has this state
     Wait {
+        /// State to wait for
         #[arg(value_parser = word::<bool>(), action = ArgAction::Set)]
         state: bool,
         #[command(flatten)]
@@ -327,25 +390,45 @@ pub struct DecodeArgs {
 
 #[derive(Debug, Subcommand)]
 pub enum FileCommand {
-    /// List the files
-    List,
     /// Print a file
-    Get { name: String },
+    Get {
+        /// File of the RAM drive
+        #[arg(value_parser = name)]
+        name: String,
+    },
     /// Put a file of this computer on the drive; - is stdin
-    Put { name: String, path: PathBuf },
+    Put {
+        /// Name on the RAM drive
+        #[arg(value_parser = name)]
+        name: String,
+        /// File of this computer
+        path: PathBuf,
+    },
     /// Erase a file
-    Erase { name: String },
+    Erase {
+        /// File of the RAM drive
+        #[arg(value_parser = name)]
+        name: String,
+    },
     /// Select a file
-    Select { name: String },
+    Select {
+        /// File of the RAM drive
+        #[arg(value_parser = name)]
+        name: String,
+    },
     /// Show the errors and warnings of a program on the drive
-    Check { name: String },
+    Check {
+        /// File of the RAM drive
+        #[arg(value_parser = name)]
+        name: String,
+    },
 }
 
 #[derive(Debug, Subcommand)]
 pub enum ChannelCommand {
     /// Handle bytes as if the peer had sent them
     Inject {
-        /// Bytes as text; `\r` and `\n` are control codes
+        /// Bytes as text; control codes are written as <CR> or `\r`
         #[arg(required_unless_present = "hex")]
         text: Option<String>,
         /// Bytes as hexadecimal digits
@@ -359,11 +442,14 @@ pub enum ChannelCommand {
 #[derive(Debug, Subcommand)]
 pub enum ClockCommand {
     /// Set how time passes: real, xN, stepped, auto
-    Mode { mode: String },
+    Mode {
+        /// The mode, for example x10
+        mode: TimeMode,
+    },
     /// Advance time by this amount
     Advance {
         /// How much, such as 5s or 500 ms
-        #[arg(required = true, num_args = 1..=2)]
+        #[arg(required = true, num_args = 1..=2, allow_negative_numbers = true)]
         time: Vec<String>,
         /// Longest wall-clock time [default: 30s]
         #[arg(long, value_name = "TIME", value_parser = seconds("0s", MAX_TIME))]

@@ -21,9 +21,9 @@ use ts3100_controller::faults::Fault;
 use ts3100_controller::limits;
 use ts3100_controller::time::{parse_duration, parse_duration_in};
 use ts3100_driver::pc_file;
-use ts3100_proto::escape::{Escaped, hex_byte, hex_digits};
+use ts3100_proto::escape::{self, EscapeError, Escaped, hex_byte, hex_digits};
 use ts3100_proto::text::EOF;
-use ts3100_proto::words::UnexpectedWord;
+use ts3100_proto::words::{UnexpectedWord, plain_message};
 use ts3100_recording::faults::fault_json;
 use ts3100_recording::transcript::{Format, TranscriptFile};
 use ts3100_recording::uri::percent_encoded;
@@ -183,7 +183,7 @@ impl Call {
             Command::Pendant { action: None } => get("/pendant"),
             Command::Pendant {
                 action: Some(PendantCommand::Keys { text }),
-            } => post("/pendant/keys", json!({"keys": unescape(text)})),
+            } => post("/pendant/keys", json!({"keys": keys(text)?})),
             Command::Alarms { action } => alarms(action.as_ref()),
             Command::Faults { action } => faults(action.as_ref()),
             Command::Inputs(line) => line_call("input", line)?,
@@ -246,7 +246,8 @@ fn raw(method: &str, path: &str, body: Option<&str>) -> anyhow::Result<Call> {
     if !plain {
         return Err(UnexpectedWord::new("a path of a URL", path).into());
     }
-    let body = body.map(serde_json::from_str).transpose().context("body")?;
+    let body = body.map(serde_json::from_str).transpose();
+    let body = body.map_err(|error| anyhow!("body: {}", plain_message(&error.to_string())))?;
     let mut methods = METHODS.into_iter();
     let method = methods.find(|known| known.eq_ignore_ascii_case(method));
     Ok(call(method.unwrap_or_default(), path, body))
@@ -254,7 +255,7 @@ fn raw(method: &str, path: &str, body: Option<&str>) -> anyhow::Result<Call> {
 
 fn alarms(action: Option<&AlarmsCommand>) -> Call {
     match action {
-        None | Some(AlarmsCommand::List) => get("/alarms"),
+        None => get("/alarms"),
         Some(AlarmsCommand::Raise { number, detail }) => {
             let detail = detail.as_deref().unwrap_or_default();
             post("/alarms", json!({"number": number, "detail": detail}))
@@ -269,7 +270,7 @@ fn alarms(action: Option<&AlarmsCommand>) -> Call {
 
 fn faults(action: Option<&FaultsCommand>) -> Call {
     match action {
-        None | Some(FaultsCommand::List) => get("/faults"),
+        None => get("/faults"),
         Some(FaultsCommand::Arm { spec }) => post("/faults", arm_body(spec)),
         Some(FaultsCommand::Disarm { number }) => delete(format!("/faults/{number}")),
         Some(FaultsCommand::Clear) => delete("/faults"),
@@ -345,7 +346,7 @@ fn value_call(path: &str, name: Option<&str>, value: &[String], restore: bool) -
 fn file(action: Option<&FileCommand>) -> anyhow::Result<Call> {
     let path = |name: &str| format!("/files/{}", percent_encoded(name));
     Ok(match action {
-        None | Some(FileCommand::List) => get("/files"),
+        None => get("/files"),
         Some(FileCommand::Get { name }) => get(path(name)),
         Some(FileCommand::Put { name, path: from }) => put(path(name), read_content(from)?),
         Some(FileCommand::Erase { name }) => delete(path(name)),
@@ -366,10 +367,20 @@ fn read_content(path: &Path) -> anyhow::Result<Value> {
         pc_file::check_size(&content).map(|()| content)
     });
     let content = content.with_context(|| format!("cannot read {}", path.display()))?;
-    Ok(match String::from_utf8(content) {
+    Ok(bytes_json(content))
+}
+
+/// Bytes in JSON: as text where they are text.
+pub fn bytes_json(bytes: Vec<u8>) -> Value {
+    match String::from_utf8(bytes) {
         Ok(text) => json!({ "text": text }),
         Err(error) => json!({"hex": hex_digits(error.as_bytes())}),
-    })
+    }
+}
+
+/// Keys of the teach pendant.
+fn keys(text: &str) -> anyhow::Result<String> {
+    String::from_utf8(unescape(text)?).map_err(|_| UnexpectedWord::new("keys in UTF-8", text).into())
 }
 
 fn channel(port: Option<&str>, action: Option<&ChannelCommand>) -> anyhow::Result<Call> {
@@ -387,8 +398,8 @@ fn channel(port: Option<&str>, action: Option<&ChannelCommand>) -> anyhow::Resul
             post(format!("{path}/inject"), json!({"hex": hex}))
         }
         Some(ChannelCommand::Inject { text, .. }) => {
-            let text = unescape(text.as_deref().unwrap_or_default());
-            post(format!("{path}/inject"), json!({"text": text}))
+            let bytes = unescape(text.as_deref().unwrap_or_default())?;
+            post(format!("{path}/inject"), bytes_json(bytes))
         }
     })
 }
@@ -396,7 +407,7 @@ fn channel(port: Option<&str>, action: Option<&ChannelCommand>) -> anyhow::Resul
 fn clock(action: Option<&ClockCommand>) -> anyhow::Result<Call> {
     Ok(match action {
         None => get("/clock"),
-        Some(ClockCommand::Mode { mode }) => put("/clock", json!({"mode": mode})),
+        Some(ClockCommand::Mode { mode }) => put("/clock", json!({"mode": mode.to_string()})),
         Some(ClockCommand::Advance { time, wall }) => {
             let time = parse_duration_in("s", &time.join(" "))?;
             let wall = wall.map(|wall| wall.as_secs_f64());
@@ -419,8 +430,7 @@ fn wait_body(condition: &Value, limits: WaitLimits) -> Value {
 
 /// The words of a condition, as the controller writes them. Backslashes are escapes, as in the other commands.
 fn condition(words: &[String]) -> anyhow::Result<Value> {
-    let words = unescape(&words.join(" "));
-    let condition: Condition = Escaped::for_reading(words.as_bytes()).to_string().parse()?;
+    let condition: Condition = notation(&words.join(" ")).parse()?;
     Ok(json!(condition.to_string()))
 }
 
@@ -431,29 +441,33 @@ fn events_path(events: EventsArgs) -> String {
     format!("/events?{}", query.join("&"))
 }
 
-/// Replaces the escapes `\r`, `\n`, `\t`, `\\` and `\xNN`.
-fn unescape(text: &str) -> String {
-    let mut plain = String::new();
+/// The bytes of a text with control codes, as traffic and transcripts print them (`<CR>`) or with backslashes (`\r`).
+fn unescape(text: &str) -> Result<Vec<u8>, EscapeError> {
+    escape::parse(&notation(text))
+}
+
+/// Replaces the escapes `\r`, `\n`, `\t`, `\\` and `\xNN` by the notation of [`escape`].
+fn notation(text: &str) -> String {
+    let mut shown = String::new();
     let mut rest = text;
     while let Some((before, after)) = rest.split_once('\\') {
-        plain.push_str(before);
+        shown += &Escaped::for_reading(before.as_bytes()).to_string();
         let byte = after
             .strip_prefix('x')
             .and_then(|digits| digits.get(..2))
-            .and_then(|digits| hex_byte(digits).filter(u8::is_ascii));
-        let (letter, length) = match (after.chars().next(), byte) {
-            (Some('r'), _) => ('\r', 1),
-            (Some('n'), _) => ('\n', 1),
-            (Some('t'), _) => ('\t', 1),
-            (Some('\\'), _) => ('\\', 1),
-            (Some('x'), Some(byte)) => (char::from(byte), 3),
-            _ => ('\\', 0),
+            .and_then(hex_byte);
+        let (byte, length) = match (after.chars().next(), byte) {
+            (Some('r'), _) => (b'\r', 1),
+            (Some('n'), _) => (b'\n', 1),
+            (Some('t'), _) => (b'\t', 1),
+            (Some('x'), Some(byte)) => (byte, 3),
+            (Some('\\'), _) => (b'\\', 1),
+            _ => (b'\\', 0),
         };
-        plain.push(letter);
+        shown += &Escaped::new(&[byte]).to_string();
         rest = after.get(length..).unwrap_or_default();
     }
-    plain.push_str(rest);
-    plain
+    shown + &Escaped::for_reading(rest.as_bytes()).to_string()
 }
 
 #[cfg(test)]
@@ -462,9 +476,17 @@ mod tests {
 
     #[test]
     fn control_codes_may_be_written() {
-        assert_eq!(unescape(r"1,2\r\n"), "1,2\r\n");
-        assert_eq!(unescape(r"\x02SO\r\x03"), "\x02SO\r\x03");
-        assert_eq!(unescape(r"a\\b\q\"), r"a\b\q\");
+        for (text, bytes) in [
+            (r"1,2\r\n", "1,2\r\n"),
+            (r"\x02SO\r\x03", "\x02SO\r\x03"),
+            (r"a\\b\q\", r"a\b\q\"),
+            ("<STX>SO<CR><03>", "\x02SO\r\x03"),
+            (r"a\x3Cb\xFF<é", ""),
+            (r"a\x3Cbé", "a<bé"),
+        ] {
+            let found = unescape(text).unwrap_or_default();
+            assert_eq!(found, bytes.as_bytes(), "{text}");
+        }
     }
 
     #[test]

@@ -1,6 +1,6 @@
 //! Formats responses of the control interface for people: indented names and values, and one line for each event.
 //!
-//! With `--json` the documents are printed as they came and nothing here is used.
+//! With `--json` the documents are printed as they came; only [`metrics`], which are not JSON, are converted here.
 
 use serde_json::{Map, Value};
 use ts3100_proto::status::pr::three_decimals;
@@ -20,6 +20,29 @@ pub fn format_document(answer: &Value) -> String {
         _ => write(&mut text, &with_whole_configurations(answer.clone()), 0),
     }
     text
+}
+
+/// Counters in the text format of Prometheus as an object of names and values.
+pub fn metrics(text: &str) -> Value {
+    let lines = text.lines().filter(|line| !line.starts_with('#'));
+    let pairs = lines.filter_map(|line| {
+        let (name, value) = line.rsplit_once(' ')?;
+        Some((name.to_owned(), serde_json::from_str(value).ok()?))
+    });
+    Value::Object(pairs.collect())
+}
+
+/// The fields of a text with the numbers of alarms as people read them: 2-046, which is `002-046` on the wire.
+pub fn with_short_numbers(mut answer: Value) -> Value {
+    let fields = answer.get_mut("fields").and_then(Value::as_array_mut);
+    for field in fields.into_iter().flatten() {
+        let is_alarm = field["key"].as_str().is_some_and(|key| key.ends_with(".alarm"));
+        if let Some(number) = field["value"].as_str().filter(|_| is_alarm) {
+            let number = number.trim_matches(['`', ',']).trim_start_matches('0').to_owned();
+            field["value"] = Value::String(number);
+        }
+    }
+    answer
 }
 
 /// The document with the configurations of its positions, their last numbers, as whole numbers.

@@ -88,6 +88,11 @@ fn sample(argument: &Arg) -> Vec<String> {
 /// The words of a command line with those that are shown for it.
 type Line = Vec<(String, String)>;
 
+/// The commands below one, without `list`: the noun alone does the same.
+fn shown_below(command: &Command) -> impl Iterator<Item = &Command> {
+    command.get_subcommands().filter(|below| !below.is_hide_set())
+}
+
 /// Command lines below a command, each with the fewest and with the most positional arguments.
 fn lines(command: &Command, before: &Line, found: &mut Vec<Line>) {
     let mut prefixes = vec![before.clone()];
@@ -119,14 +124,14 @@ fn lines(command: &Command, before: &Line, found: &mut Vec<Line>) {
         if !command.is_subcommand_required_set() {
             found.push(prefix.clone());
         }
-        for below in command.get_subcommands() {
+        for below in shown_below(command) {
             let mut line = prefix.clone();
             line.push((below.get_name().to_owned(), below.get_name().to_owned()));
             lines(below, &line, found);
         }
     }
     if !arguments.is_empty() {
-        for below in command.get_subcommands() {
+        for below in shown_below(command) {
             let mut line = before.clone();
             line.push((below.get_name().to_owned(), below.get_name().to_owned()));
             lines(below, &line, found);
