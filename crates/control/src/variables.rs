@@ -135,7 +135,7 @@ impl VariableInfo {
         };
         let fits = move |document: &VariableInfo| !position || document.can_be_taught();
         move |view| {
-let found = view.controller.variable(&text);
+            let found = view.controller.variable(&text);
             let mut document = found
                 .map_err(|error| {
                     let sentence = format!("`{text}` is not the name of a variable: {error}");
