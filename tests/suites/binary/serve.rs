@@ -535,6 +535,18 @@ fn a_command_line_that_is_not_understood_says_what_to_type() {
         ),
         (&["ctl", "clock", "mode", "10x"], "did you mean `x10`?"),
         (
+            &["serve", "--port", "11000"],
+            "unknown flag `--port`; did you mean `--port-offset`?",
+        ),
+        (
+            &["run", "--din", "x", "a.scol"],
+            "expected a whole number from 0 to 65535, found `x`",
+        ),
+        (
+            &["diff", "--value-tolerance", "x", "a", "b"],
+            "expected a number, found `x`",
+        ),
+        (
             &["ctl", "call", "PUT", "/servo", ""],
             "body: the JSON ends too early",
         ),

@@ -35,7 +35,7 @@ pub(super) struct DiffArgs {
     #[arg(long, value_name = "TIME", default_value = "100ms", value_parser = duration("0s", "1440min"))]
     time_tolerance: Duration,
     /// Accept coordinates of SF and PR that differ by this much, in mm or degrees
-    #[arg(long, value_name = "NUMBER", default_value_t = 0.0)]
+    #[arg(long, value_name = "NUMBER", default_value_t = 0.0, value_parser = args::number)]
     value_tolerance: f64,
     /// Wait this long for a missing answer, in virtual time
     #[arg(long, value_name = "TIME", default_value = "10s", value_parser = duration("0s", "1440min"))]
@@ -84,7 +84,7 @@ struct RobotArgs {
     #[arg(long, help_heading = "Emulator", value_name = "FILE")]
     points: Option<PathBuf>,
     /// Seed of the random choices of faults, as for serve
-    #[arg(long, help_heading = "Emulator", value_name = "N")]
+    #[arg(long, help_heading = "Emulator", value_name = "N", value_parser = args::whole(0, u64::MAX))]
     fault_seed: Option<u64>,
     /// Legal variation, as for serve
     #[arg(long, help_heading = "Emulator", value_name = "SEED")]

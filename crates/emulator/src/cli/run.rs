@@ -9,7 +9,7 @@ use super::check::CheckedFile;
 use super::exit::{NEGATIVE, UNUSABLE};
 use super::input::{self, is_stdin};
 use super::output;
-use crate::config::args::seconds;
+use crate::config::args::{seconds, whole};
 use crate::config::{ServeArgs, Settings};
 use crate::headless::{self, RunEnd, RunRequest};
 use anyhow::{Context, anyhow, bail};
@@ -48,7 +48,7 @@ pub(super) struct RunArgs {
     #[arg(long, value_name = "CHANNEL=FILE")]
     input: Vec<String>,
     /// Input lines that are on from the start, separated by commas
-    #[arg(long, value_name = "LINE", value_delimiter = ',')]
+    #[arg(long, value_name = "LINE", value_delimiter = ',', value_parser = whole(0, u16::MAX))]
     din: Vec<u16>,
     /// Something that happens during the run, as in "1.5 s: input 8 on"; times count from START (repeatable)
     #[arg(long, value_name = "TIME: ACTION")]

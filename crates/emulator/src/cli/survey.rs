@@ -97,7 +97,7 @@ struct TargetArgs {
     #[arg(value_name = "ADDRESS", required_unless_present = "serial")]
     address: Option<String>,
     /// Port of IP1, if it is not the port after IP0's
-    #[arg(long, value_name = "PORT")]
+    #[arg(long, value_name = "PORT", value_parser = args::whole(0, u16::MAX))]
     ip1: Option<u16>,
     /// Ask at HOST instead, over this serial port of the computer, for example /dev/ttyUSB0 or COM3
     #[arg(long, value_name = "DEVICE", conflicts_with = "address")]

@@ -38,7 +38,7 @@ pub(super) struct TapArgs {
     #[arg(long, value_name = "ADDR", default_value_t = IpAddr::V4(Ipv4Addr::LOCALHOST), value_parser = args::listen_address)]
     listen: IpAddr,
     /// Add N to 1000-1003 for the ports of the tap
-    #[arg(long, value_name = "N", default_value_t = 0)]
+    #[arg(long, value_name = "N", default_value_t = 0, value_parser = args::whole(0, u16::MAX))]
     port_offset: u16,
     /// Ports of the tap: 1000-1003 plus the offset, or free ones chosen by the system
     #[arg(long, value_name = "WORD", default_value = "parameter")]

@@ -7,9 +7,11 @@ use std::ffi::OsString;
 use ts3100_proto::words::did_you_mean;
 
 /// Words that people type for others: the command, the word, and the end of the message.
-const HINTS: [(&str, &str, &str); 15] = [
+const HINTS: [(&str, &str, &str); 17] = [
     ("ts3100", "start", "; did you mean `serve`?"),
     ("ts3100", "version", "; did you mean `--version`?"),
+    ("serve", "--port", "; did you mean `--port-offset`?"),
+    ("exec", "--port", "; did you mean `--port-offset`?"),
     ("serve", "--offset", "; did you mean `--port-offset`?"),
     ("exec", "--offset", "; did you mean `--port-offset`?"),
     (

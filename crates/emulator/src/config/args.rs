@@ -403,6 +403,11 @@ where
     }
 }
 
+/// Reads a number.
+pub fn number(word: &str) -> Result<f64, UnexpectedWord> {
+    word.parse().map_err(|_| UnexpectedWord::new("a number", word))
+}
+
 /// Reads the value of `--listen`: an address, or a name that resolves to one of this computer. IPv4 is preferred, because
 /// the default is 127.0.0.1 and hosts of that robot speak IPv4.
 pub(crate) fn listen_address(word: &str) -> Result<IpAddr, UnexpectedWord> {
