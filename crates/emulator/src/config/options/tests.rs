@@ -240,3 +240,18 @@ fn what_the_documents_name_exists() {
         }
     }
 }
+
+#[test]
+fn reply_times_have_units_with_or_without_a_blank() {
+    let set = |text: &str| {
+        let mut options = Options::for_dialect(Dialect::Field);
+        let pair = format!("reply.delay={text}");
+        let set = set_pair(&mut options, &mut LinkOptions::default(), &pair);
+        set.ok()
+            .map(|()| options.reply_delay.map(|time| time.as_millis()))
+    };
+    assert_eq!(set("500 ms"), Some([500; 5]));
+    assert_eq!(set("0.5s"), Some([500; 5]));
+    assert_eq!(set("1 2ms, 3 ms 4 1 s"), Some([1, 2, 3, 4, 1_000]));
+    assert_eq!(set("500 m"), None);
+}
