@@ -205,9 +205,10 @@ def fuzzing():
 
 
 def documents():
-    """the book, its examples, the schemas; the program as people build it, and the README's session with it"""
+    """the book, its examples, the schemas, completions; the program as people build it, and the README's session with it"""
     packages("curl:curl")
-    together(book=system("docs/book", "--tools", TOOLS), examples=serving("docs/page_examples"), schemas=serving("docs/json_schemas"))
+    together(book=system("docs/book", "--tools", TOOLS), examples=serving("docs/page_examples"), schemas=serving("docs/json_schemas"),
+             completions=serving("packages/completions"))
     run("cargo", "build", "--locked", "--release")
     # A panic in it names our functions.
     run("cargo", "run", "--locked", "--release", "-p", "ts3100-tests", "--bin", "backtrace")

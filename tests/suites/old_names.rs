@@ -1,5 +1,5 @@
 //! Names that were changed before the first release: none is kept, and none comes back. The sources, the pages, the
-//! scripts, the help texts, the completions and the OpenAPI document are searched for them.
+//! scripts, the help texts and the OpenAPI document are searched for them.
 
 use super::binary::support::{Serve, run, stdout};
 use std::fs;
@@ -161,7 +161,7 @@ fn no_source_and_no_page_has_an_old_name() {
 }
 
 #[test]
-fn no_help_no_completion_and_no_document_has_an_old_name() {
+fn no_help_and_no_document_has_an_old_name() {
     let mut texts = Vec::new();
     let commands: [&[&str]; 8] = [
         &["serve"],
@@ -176,9 +176,6 @@ fn no_help_no_completion_and_no_document_has_an_old_name() {
     for command in commands {
         let words = [command, &["--help"]].concat();
         texts.push((words.join(" "), stdout(&run(&words))));
-    }
-    for shell in ["bash", "zsh", "fish"] {
-        texts.push((shell.to_owned(), stdout(&run(&["completions", shell]))));
     }
     let serve = Serve::start(&[]);
     let url = serve.control.as_deref().unwrap();

@@ -29,7 +29,7 @@ pub use causes::{CAUSES, CauseRow, Reach};
 pub use error::FaultError;
 pub use kind::{FaultKind, InjectionPoint, Parameter, ParameterType, ParameterValues};
 pub use kinds::KINDS;
-pub use spec::MAX_COUNT;
+pub use spec::{COMMON_KEYS, MAX_COUNT};
 
 use crate::limits::{MAX_FAULT_TIMES, MAX_FAULTS, MAX_SCHEDULED_ACTIONS};
 use crate::output::Event;

@@ -36,7 +36,6 @@ use crate::log;
 use crate::log::print_error;
 use clap::error::ErrorKind;
 use clap::{CommandFactory as _, FromArgMatches as _, Parser, Subcommand};
-use clap_complete::Shell;
 use help::Extent;
 use std::ffi::OsString;
 use std::process::ExitCode;
@@ -66,11 +65,7 @@ enum Command {
     Ctl(Box<ctl::CtlArgs>),
     Mcp(mcp::McpArgs),
     Ready(ready::ReadyArgs),
-    /// Print the completion script of a shell
-    Completions {
-        /// The shell
-        shell: Shell,
-    },
+    Completions(completions::CompletionsArgs),
     Man(man::ManArgs),
     Coverage(coverage::CoverageArgs),
     Config(config::ConfigArgs),
@@ -95,6 +90,7 @@ pub fn main() -> ExitCode {
     {
         return guard::run();
     }
+    completions::answer_shell();
     let command = parse_serve().unwrap_or_else(|| {
         let cli = grammar()
             .try_get_matches()
@@ -135,7 +131,7 @@ fn run(command: Command) -> ExitCode {
         Command::Ctl(args) => ctl::run(&args),
         Command::Mcp(args) => mcp::run(&args),
         Command::Ready(args) => ready::run(&args),
-        Command::Completions { shell } => completions::run(shell),
+        Command::Completions(args) => completions::run(&args),
         Command::Man(args) => man::run(&args),
         Command::Coverage(args) => coverage::run(&args),
         Command::Config(args) => config::run(&args),

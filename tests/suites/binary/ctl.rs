@@ -2,8 +2,9 @@
 
 use super::support::{Serve, expect_code, run, stderr, stdout, ts3100};
 use serde_json::{Value, json};
+use std::fs;
 use std::io::{BufRead as _, BufReader, Read as _};
-use std::process::{Output, Stdio};
+use std::process::{Command, Output, Stdio};
 use ts3100_tests::testing::TempDir;
 
 fn ctl(serve: &Serve, words: &[&str]) -> Output {
@@ -450,26 +451,80 @@ fn serve_says_why_there_can_be_no_interface() {
 #[test]
 fn shells_get_their_completions() {
     for (shell, part) in [
-        ("bash", "complete -F _ts3100"),
+        ("bash", "-F _ts3100 ts3100"),
         ("zsh", "#compdef ts3100"),
-        ("fish", "complete -c ts3100"),
+        ("fish", "--command ts3100"),
+        ("powershell", "ts3100"),
+        ("elvish", "ts3100"),
     ] {
         let output = run(&["completions", shell]);
         let script = stdout(&output);
-        assert!(output.status.success() && script.contains(part), "{shell}");
-        for word in [
-            "advance-until",
-            "emergency-stop",
-            "control-token-file",
-            "stepped",
-            "tsl3000-thl300",
-            "text.stx",
-            "late-reply",
-        ] {
-            assert!(script.contains(word), "{shell}: {word}");
-        }
+        assert!(
+            output.status.success() && script.contains(part),
+            "{shell}: {script}"
+        );
+        assert!(script.contains("TS3100_COMPLETE"), "{shell}: {script}");
     }
     assert_eq!(run(&["completions", "cmd"]).status.code(), Some(2));
+    // What the script asks for at a TAB.
+    for (words, expected) in [
+        (&["ctl", "clock", "adv"][..], "advance advance-until"),
+        (&["ctl", "emergency-stop", "pr"], "press"),
+        (&["serve", "--control-token-f"], "--control-token-file"),
+        (&["serve", "--set", "text.stx=d"], "text.stx=detect"),
+    ] {
+        let asked = ts3100(&[])
+            .env("TS3100_COMPLETE", "fish")
+            .args([&["--", "ts3100"][..], words].concat())
+            .output()
+            .unwrap();
+        let printed = stdout(&asked);
+        let values: Vec<&str> = printed
+            .lines()
+            .filter_map(|line| line.split('\t').next())
+            .collect();
+        assert_eq!(values.join(" "), expected, "{words:?}");
+    }
+}
+
+#[test]
+fn completions_and_manual_pages_are_installed_where_they_are_looked_for() {
+    let home = TempDir::new("home");
+    let bin = home.path().join("bin");
+    fs::create_dir(&bin).unwrap();
+    let program = bin.join("ts3100");
+    fs::copy(ts3100(&[]).get_program(), &program).unwrap();
+    let installed = |words: &[&str]| {
+        let mut command = Command::new(&program);
+        command
+            .env_remove("XDG_DATA_HOME")
+            .env_remove("XDG_CONFIG_HOME")
+            .env("HOME", home.path());
+        command.args(words).arg("--install").output().unwrap()
+    };
+    for (words, file) in [
+        (
+            &["completions", "bash"][..],
+            ".local/share/bash-completion/completions/ts3100",
+        ),
+        (&["completions", "zsh"], ".local/share/zsh/site-functions/_ts3100"),
+        (&["completions", "fish"], ".config/fish/completions/ts3100.fish"),
+        (&["man"], "share/man/man1/ts3100-ctl.1"),
+    ] {
+        let output = installed(words);
+        expect_code(&output, 0);
+        assert!(home.path().join(file).is_file(), "{file}: {}", stdout(&output));
+    }
+    let output = installed(&["completions", "powershell"]);
+    assert_eq!(output.status.code(), Some(2));
+    assert!(stderr(&output).contains("to your profile"), "{}", stderr(&output));
+    let output = run(&["man", "--install"]);
+    assert_eq!(output.status.code(), Some(2), "it is in no directory bin");
+    assert!(
+        stderr(&output).contains("give a directory"),
+        "{}",
+        stderr(&output)
+    );
 }
 
 #[test]

@@ -101,6 +101,11 @@ fn every_subcommand_has_a_manual_page() {
         ("ts3100.1", "Emulator of the Toshiba Machine"),
         ("ts3100-serve.1", "TS3100_PORT_OFFSET"),
         ("ts3100-ctl-clock-advance.1", "Advance time"),
+        (
+            "ts3100-run.1",
+            ".SH SYNOPSIS\n.nf\n&ts3100 run [OPTIONS] <FILE>\n",
+        ),
+        ("ts3100-run.1", ".SH EXAMPLES\n.nf\n&ts3100 run pick.scol"),
     ] {
         let text = std::fs::read_to_string(pages.join(page)).unwrap();
         assert!(text.replace('\\', "").contains(words), "{page}:\n{text}");

@@ -22,7 +22,7 @@ const MAX_SPEC: usize = 2_048;
 /// Largest value of `id`, `block`, `after` and `times`.
 pub const MAX_COUNT: u32 = 1_000_000;
 /// The keys that every kind has.
-const COMMON: [&str; 7] = [
+pub const COMMON_KEYS: [&str; 7] = [
     "id",
     "command",
     "channel",
@@ -194,7 +194,7 @@ impl FaultKind {
     /// The keys of this kind, the common ones first.
     pub fn keys(&self) -> Vec<&'static str> {
         let own = self.parameters.iter().map(|parameter| parameter.name);
-        COMMON.into_iter().chain(own).collect()
+        COMMON_KEYS.into_iter().chain(own).collect()
     }
 
     /// The error for a value that is not accepted.

@@ -1,32 +1,396 @@
-//! `ts3100 completions`: the completion script of a shell.
+//! Completion of the command line in a shell.
 //!
-//! The grammar of the command line has no list of words where a value may be a path or a number too. The script offers
-//! the words of such a value; the parser still accepts the others.
+//! At each TAB the shell runs this program with the words typed so far, so that it offers what this program accepts. `ts3100
+//! completions SHELL` prints the script that tells the shell to do so. Values come from the tables of the code: the options with
+//! their words, the kinds of faults with their parameters, the arms; files by their kind.
 
 use super::{Cli, output};
 use crate::config::OPTIONS;
 use crate::config::model::SHIPPED;
-use clap::builder::PossibleValuesParser;
-use clap::{Arg, CommandFactory as _};
+use crate::loading::EXAMPLES;
+use anyhow::{Context as _, bail};
+use clap::{Arg, Args, Command, CommandFactory as _};
 use clap_complete::Shell;
-use ts3100_controller::faults::KINDS;
+use clap_complete::engine::{ArgValueCompleter, CompletionCandidate, PathCompleter, complete};
+use clap_complete::env::{CompleteEnv, Elvish, EnvCompleter, Fish, Powershell, Shells, Zsh};
+use std::ffi::{OsStr, OsString};
+use std::io::{self, Write};
+use std::path::{Path, PathBuf};
+use ts3100_controller::faults::{COMMON_KEYS, KINDS};
+use ts3100_driver::pc_file::drive_name;
 
-/// Prints the script.
-pub(super) fn run(shell: Shell) -> anyhow::Result<u8> {
-    let mut program = Cli::command().mut_subcommands(|command| command.mut_args(with_words));
-    let mut script = Vec::new();
-    clap_complete::generate(shell, &mut program, "ts3100", &mut script);
-    output::print(script).map(|()| 0)
+/// The variable by which a shell asks for completions.
+const VARIABLE: &str = "TS3100_COMPLETE";
+/// The variable with the part of the word that Bash replaces.
+const BASH_WORD: &str = "TS3100_COMPLETE_WORD";
+/// Between two completions for Bash: not in a name of a file.
+const BASH_SEPARATOR: &str = "\u{b}";
+
+/// Endings of the names of files, by flag or argument and subcommand; the first row that fits counts.
+const FILES: [(&str, &str, &[&str]); 16] = [
+    ("", "load", &["scol", "par", "txt"]),
+    ("", "scenario", &["toml"]),
+    ("", "config", &["toml"]),
+    ("", "like", &["toml"]),
+    ("", "permissions", &["toml"]),
+    ("", "model", &["toml"]),
+    ("", "points", &["csv"]),
+    ("", "restore", &["json", "snapshot"]),
+    ("", "transcript", &["txt", "jsonl", "pcapng"]),
+    ("", "junit", &["xml"]),
+    ("", "lcov", &["info", "lcov"]),
+    ("check", "files", &["scol"]),
+    ("fmt", "files", &["scol"]),
+    ("run", "file", &["scol"]),
+    ("diff", "recording", &["txt", "jsonl", "pcapng"]),
+    ("merge", "reports", &["json"]),
+];
+
+/// Print the completion script of a shell, or install it.
+#[derive(Debug, Args)]
+pub(super) struct CompletionsArgs {
+    /// The shell
+    shell: Shell,
+    /// Write it to where this shell looks for it (bash, zsh, fish)
+    #[arg(long)]
+    install: bool,
 }
 
-/// The argument with the words that its value may begin with.
-fn with_words(argument: Arg) -> Arg {
-    let words: Vec<&'static str> = match argument.get_long() {
-        Some("time") => vec!["real", "stepped", "auto", "x10"],
-        Some("model") => SHIPPED.iter().map(|(name, _)| *name).collect(),
-        Some("set") => OPTIONS.iter().map(|option| option.key).collect(),
-        Some("fault") => KINDS.iter().map(|kind| kind.name).collect(),
-        _ => return argument,
+/// Prints or installs the script.
+pub(super) fn run(args: &CompletionsArgs) -> anyhow::Result<u8> {
+    let mut script = Vec::new();
+    completer(args.shell)?.write_registration(VARIABLE, "ts3100", "ts3100", "ts3100", &mut script)?;
+    if !args.install {
+        return output::print(script).map(|()| 0);
+    }
+    let (file, note) = place(args.shell)?;
+    let cannot_write = || format!("cannot write {}", file.display());
+    if let Some(folder) = file.parent() {
+        std::fs::create_dir_all(folder).with_context(cannot_write)?;
+    }
+    std::fs::write(&file, script).with_context(cannot_write)?;
+    output::print(format!("{}: {note}\n", file.display())).map(|()| 0)
+}
+
+/// Where the script of a shell goes, and what to do then.
+fn place(shell: Shell) -> anyhow::Result<(PathBuf, &'static str)> {
+    let folder = |variable, home| {
+        let set = std::env::var_os(variable).filter(|folder| !folder.is_empty());
+        let in_home = || Some(PathBuf::from(std::env::var_os("HOME")?).join(home));
+        let folder = set.map(PathBuf::from).or_else(in_home);
+        folder.with_context(|| format!("cannot find your home directory: set HOME or {variable}"))
     };
-    argument.value_parser(PossibleValuesParser::new(words))
+    Ok(match shell {
+        Shell::Bash => (
+            folder("XDG_DATA_HOME", ".local/share")?.join("bash-completion/completions/ts3100"),
+            "new shells complete ts3100 (package bash-completion)",
+        ),
+        Shell::Zsh => (
+            folder("XDG_DATA_HOME", ".local/share")?.join("zsh/site-functions/_ts3100"),
+            "add `fpath+=(\"${XDG_DATA_HOME:-$HOME/.local/share}/zsh/site-functions\")` before `compinit` in ~/.zshrc",
+        ),
+        Shell::Fish => (
+            folder("XDG_CONFIG_HOME", ".config")?.join("fish/completions/ts3100.fish"),
+            "new shells complete ts3100",
+        ),
+        other @ (Shell::PowerShell | Shell::Elvish | _) => bail!(
+            "{other} has no place for completions: add the output of `ts3100 completions {other}` to your profile"
+        ),
+    })
+}
+
+fn completer(shell: Shell) -> anyhow::Result<&'static dyn EnvCompleter> {
+    let name = shell.to_string();
+    SHELLS
+        .completer(&name)
+        .with_context(|| format!("no completions for {name}"))
+}
+
+const SHELLS: Shells<'static> = Shells(&[&Bash, &Elvish, &Fish, &Powershell, &Zsh]);
+
+/// Answers a shell that asks for completions, and ends the process.
+pub(super) fn answer_shell() {
+    if std::env::var_os(VARIABLE).is_some() {
+        CompleteEnv::with_factory(|| with_values(Cli::command()))
+            .var(VARIABLE)
+            .shells(SHELLS)
+            .complete();
+    }
+}
+
+/// The command with what completes the values of its arguments, and of those of its subcommands.
+fn with_values(command: Command) -> Command {
+    let name = command.get_name().to_owned();
+    command
+        .mut_args(|argument| with_value(&name, argument))
+        .mut_subcommands(with_values)
+}
+
+fn with_value(command: &str, argument: Arg) -> Arg {
+    let name = argument.get_id().as_str().to_owned();
+    let words: fn(&OsStr) -> Vec<CompletionCandidate> = match argument.get_long() {
+        Some("time") => times,
+        Some("set") => settings,
+        Some("fault") => faults,
+        Some("select") => selections,
+        Some("model") => models,
+        None if command == "arm" && name == "spec" => faults,
+        Some(_) | None => {
+            let fits = |row: &&(&str, &str, &[&str])| (row.0.is_empty() || row.0 == command) && row.1 == name;
+            return match FILES.iter().find(fits) {
+                Some((_, _, endings)) => {
+                    argument.add(ArgValueCompleter::new(|word: &OsStr| files(word, endings)))
+                }
+                None => argument,
+            };
+        }
+    };
+    argument.add(ArgValueCompleter::new(words))
+}
+
+/// Files with one of these endings.
+fn files(word: &OsStr, endings: &'static [&'static str]) -> Vec<CompletionCandidate> {
+    let is_one = |path: &Path| {
+        let ending = path.extension().and_then(OsStr::to_str).unwrap_or_default();
+        path.is_file() && endings.iter().any(|known| known.eq_ignore_ascii_case(ending))
+    };
+    clap_complete::engine::ValueCompleter::complete(&PathCompleter::any().filter(is_one), word)
+}
+
+/// The candidates that begin with the word.
+fn beginning(
+    word: &OsStr,
+    candidates: impl Iterator<Item = (String, &'static str)>,
+) -> Vec<CompletionCandidate> {
+    let typed = word.to_string_lossy();
+    let fitting = candidates.filter(|(candidate, _)| candidate.starts_with(&*typed));
+    fitting
+        .map(|(candidate, about)| {
+            let about = Some(about).filter(|about| !about.is_empty());
+            CompletionCandidate::new(candidate).help(about.map(Into::into))
+        })
+        .collect()
+}
+
+fn times(word: &OsStr) -> Vec<CompletionCandidate> {
+    let modes = [
+        ("real", "as the wall clock"),
+        ("auto", "jumps to the next event while hosts are silent"),
+        ("stepped", "only when a test moves it"),
+        ("x10", "ten times as fast"),
+    ];
+    beginning(
+        word,
+        modes.into_iter().map(|(mode, about)| (mode.to_owned(), about)),
+    )
+}
+
+fn models(word: &OsStr) -> Vec<CompletionCandidate> {
+    let shipped = SHIPPED.iter().map(|(name, _)| ((*name).to_owned(), ""));
+    let mut found = beginning(word, shipped);
+    found.extend(files(word, &["toml"]));
+    found
+}
+
+/// `KEY=`, then `KEY=VALUE`.
+fn settings(word: &OsStr) -> Vec<CompletionCandidate> {
+    let typed = word.to_string_lossy();
+    if let Some((key, _)) = typed.split_once('=') {
+        let rows = OPTIONS.iter().filter(|row| row.key == key);
+        let values = rows.flat_map(|row| row.values().words());
+        return beginning(word, values.map(|value| (format!("{key}={value}"), "")));
+    }
+    let help = [("help".to_owned(), "list all options")];
+    let keys = OPTIONS.iter().map(|row| (format!("{}=", row.key), row.about()));
+    beginning(word, keys.chain(help))
+}
+
+/// `KIND`, then `KIND:PARAMETER=`.
+fn faults(word: &OsStr) -> Vec<CompletionCandidate> {
+    let typed = word.to_string_lossy();
+    let Some((kind, rest)) = typed.split_once(':') else {
+        return beginning(
+            word,
+            KINDS.iter().map(|kind| (kind.name.to_owned(), kind.summary)),
+        );
+    };
+    let before = rest
+        .rsplit_once(',')
+        .map_or(String::new(), |(before, _)| format!("{before},"));
+    let own = KINDS
+        .iter()
+        .filter(|row| row.name == kind)
+        .flat_map(|row| row.parameters);
+    let own = own.map(|parameter| (parameter.name, parameter.description));
+    let keys = own.chain(COMMON_KEYS.map(|key| (key, "")));
+    beginning(
+        word,
+        keys.map(|(key, about)| (format!("{kind}:{before}{key}="), about)),
+    )
+}
+
+/// The names that the files on this command line get on the RAM drive, and the example programs.
+fn selections(word: &OsStr) -> Vec<CompletionCandidate> {
+    let is_program = |path: &Path| {
+        path.extension()
+            .is_some_and(|ending| ending.eq_ignore_ascii_case("scol"))
+    };
+    let words = std::env::args_os()
+        .map(PathBuf::from)
+        .filter(|word| is_program(word));
+    let loaded = words.filter_map(|path| drive_name(&path).ok());
+    let examples = EXAMPLES.iter().map(|(name, _)| (*name).to_owned());
+    beginning(word, loaded.chain(examples).map(|name| (name, "")))
+}
+
+/// Bash, which divides a word at `=` and `:` and replaces its last part only.
+struct Bash;
+
+impl EnvCompleter for Bash {
+    fn name(&self) -> &'static str {
+        "bash"
+    }
+
+    fn is(&self, name: &str) -> bool {
+        name == "bash"
+    }
+
+    fn write_registration(
+        &self,
+        variable: &str,
+        name: &str,
+        program: &str,
+        completer: &str,
+        to: &mut dyn Write,
+    ) -> io::Result<()> {
+        write!(
+            to,
+            "_{name}() {{\n\
+             \x20   local IFS=$'\\013'\n\
+             \x20   COMPREPLY=($({BASH_WORD}=\"${{2-${{COMP_WORDS[COMP_CWORD]}}}}\" {variable}=bash {completer} -- \"${{COMP_WORDS[@]:0:COMP_CWORD+1}}\"))\n\
+             \x20   [[ ${{COMPREPLY-}} =~ [=:/]$ ]] && compopt -o nospace 2>/dev/null\n\
+             }}\n\
+             complete -o bashdefault -F _{name} {program}\n"
+        )
+    }
+
+    fn write_complete(
+        &self,
+        command: &mut Command,
+        words: Vec<OsString>,
+        folder: Option<&Path>,
+        to: &mut dyn Write,
+    ) -> io::Result<()> {
+        let part = std::env::var_os(BASH_WORD).unwrap_or_default();
+        let words = rejoined(words, &part);
+        let word = words.last().map_or(0, |word| word.len());
+        let kept = word.saturating_sub(part.len());
+        let last = words.len().saturating_sub(1);
+        let found = complete(command, words, last, folder)?;
+        let values = found.iter().map(|candidate| {
+            let value = candidate.get_value().to_string_lossy();
+            value.get(kept..).map_or_else(|| value.to_string(), str::to_owned)
+        });
+        to.write_all(values.collect::<Vec<_>>().join(BASH_SEPARATOR).as_bytes())
+    }
+}
+
+/// The words as they were typed, up to the one to complete, which ends with `part`: what follows its last `=` or `:` before the
+/// cursor.
+fn rejoined(mut words: Vec<OsString>, part: &OsStr) -> Vec<OsString> {
+    let divides = |word: &OsStr| word == "=" || word == ":";
+    if let Some(last) = words.last_mut()
+        && !(divides(last) && part.is_empty())
+    {
+        *last = part.to_owned();
+    }
+    let mut joined: Vec<OsString> = Vec::new();
+    let mut glued = false;
+    for word in words {
+        let divider = divides(&word);
+        match joined.last_mut() {
+            Some(last) if divider || glued => last.push(&word),
+            _ => joined.push(word),
+        }
+        glued = divider;
+    }
+    joined
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn values(command_line: &[&str]) -> Vec<String> {
+        let mut command = with_values(Cli::command());
+        let words: Vec<OsString> = command_line.iter().map(OsString::from).collect();
+        let last = words.len() - 1;
+        let found = complete(&mut command, words, last, None).unwrap();
+        let values = found
+            .iter()
+            .map(|one| one.get_value().to_string_lossy().into_owned());
+        values.collect()
+    }
+
+    #[test]
+    fn values_come_from_the_tables() {
+        for (words, expected) in [
+            (&["ts3100", "serve", "--time", "st"][..], &["stepped"][..]),
+            (
+                &["ts3100", "exec", "--model", "tsl3000-thl3"],
+                &["tsl3000-thl300"],
+            ),
+            (&["ts3100", "serve", "--set", "text.st"], &["text.stx="]),
+            (&["ts3100", "run", "--set", "text.stx=re"], &["text.stx=required"]),
+            (&["ts3100", "serve", "--fault", "late"], &["late-reply"]),
+            (
+                &["ts3100", "serve", "--fault", "late-reply:command=SU,del"],
+                &["late-reply:command=SU,delay="],
+            ),
+            (&["ts3100", "serve", "--select", "DI"], &["DIALOG"]),
+            (&["ts3100", "ctl", "faults", "arm", "half"], &["half-open"]),
+        ] {
+            assert_eq!(values(words), expected, "{words:?}");
+        }
+        assert!(values(&["ts3100", "serve", "--set", ""]).len() > OPTIONS.len());
+    }
+
+    #[test]
+    fn every_row_of_files_names_an_argument() {
+        let program = Cli::command();
+        let all = program.get_subcommands();
+        let all = all.flat_map(|command| command.get_subcommands().chain([command]));
+        let names: Vec<(&str, &str)> = all
+            .flat_map(|command| {
+                command
+                    .get_arguments()
+                    .map(|one| (command.get_name(), one.get_id().as_str()))
+            })
+            .collect();
+        for (command, name, _) in FILES {
+            let known = names
+                .iter()
+                .any(|one| (command.is_empty() || one.0 == command) && one.1 == name);
+            assert!(known, "{command} {name}");
+        }
+    }
+
+    #[test]
+    fn words_that_bash_divides_are_one_again() {
+        for (words, part, expected) in [
+            (&["t", "--set", "a", "="][..], "", &["t", "--set", "a="][..]),
+            (&["t", "--set", "a", "=", "re"], "re", &["t", "--set", "a=re"]),
+            (&["t", "--set", "=", "a"], "a", &["t", "--set=a"]),
+            (&["t", "--set", "a", ""], "", &["t", "--set", "a", ""]),
+            (
+                &["t", "--set", "a", "=", "required"],
+                "re",
+                &["t", "--set", "a=re"],
+            ),
+            (&["t", "--at", "1", ":", "x"], "x", &["t", "--at", "1:x"]),
+        ] {
+            let words = words.iter().map(OsString::from).collect();
+            assert_eq!(rejoined(words, OsStr::new(part)), expected, "{part}");
+        }
+    }
 }

@@ -34,7 +34,7 @@ struct Everyday {
     name: &'static str,
     /// Flags and subcommands with a shorter text, or an empty one for the text of `--help`; an empty list shows all.
     shown: &'static [(&'static str, &'static str)],
-    /// A command line to begin with.
+    /// Command lines to begin with; `-h` shows the first.
     example: &'static str,
 }
 
@@ -62,7 +62,9 @@ const EVERYDAY: &[Everyday] = &[
             ("time", "How time passes: real, x10, stepped, auto"),
             ("verbose", ""),
         ],
-        example: "ts3100 serve --port-offset 10000 --load pick.scol --select PICK",
+        example: "ts3100 serve --port-offset 10000 --load pick.scol --select PICK\n\
+                  ts3100 serve --ports auto --ready-json --time stepped\n\
+                  ts3100 serve --drive files --transcript day.txt --fault late-reply:command=SU",
     },
     Everyday {
         name: "exec",
@@ -78,7 +80,9 @@ const EVERYDAY: &[Everyday] = &[
             ("deny", "Fail on these findings: all, warning, error, a rule"),
             ("verbose", "Log what happens; each further -v logs more"),
         ],
-        example: "ts3100 exec --load pick.scol --select PICK -- pytest tests",
+        example: "ts3100 exec --load pick.scol --select PICK -- pytest tests\n\
+                  ts3100 exec --time auto --scenario robot.toml --junit robot.xml -- dotnet test\n\
+                  ts3100 exec --deny warning --findings findings.sarif -- ./host",
     },
     Everyday {
         name: "host",
@@ -94,7 +98,9 @@ const EVERYDAY: &[Everyday] = &[
             ("mw", ""),
             ("do", "Execute one statement"),
         ],
-        example: "ts3100 host 127.0.0.1:11000 dl pick.scol",
+        example: "ts3100 host 127.0.0.1:11000 dl pick.scol\n\
+                  ts3100 host 127.0.0.1:11000 rn --wait\n\
+                  ts3100 host 127.0.0.1:11000 do \"MOVE POINT(400,0,250)\"",
     },
     Everyday {
         name: "check",
@@ -116,7 +122,8 @@ const EVERYDAY: &[Everyday] = &[
             ("json", "Print one JSON document"),
             ("model", ""),
         ],
-        example: "ts3100 run pick.scol --input ip1=records.txt --din 1,5",
+        example: "ts3100 run pick.scol --input ip1=records.txt --din 1,5\n\
+                  ts3100 run pick.scol --at \"1.5 s: input 8 on\" --trace",
     },
     whole("faults", "ts3100 faults list"),
     Everyday {
@@ -182,11 +189,16 @@ const EVERYDAY: &[Everyday] = &[
             ("reset", ""),
             ("url", "URL of the control interface"),
         ],
-        example: "ts3100 ctl wait output 5 on --within 10s",
+        example: "ts3100 ctl wait output 5 on --within 10s\n\
+                  ts3100 ctl emergency-stop press\n\
+                  ts3100 ctl --json variables COUNT",
     },
     whole("ready", "ts3100 ready --wait 10s"),
-    whole("completions", "source <(ts3100 completions bash)"),
-    whole("man", "ts3100 man ~/.local/share/man/man1"),
+    whole(
+        "completions",
+        "ts3100 completions bash --install\nsource <(ts3100 completions bash)",
+    ),
+    whole("man", "ts3100 man --install\nts3100 man ~/.local/share/man/man1"),
     whole(
         "coverage",
         "ts3100 coverage merge run1.json run2.json --out coverage.html",
@@ -210,16 +222,51 @@ const OF_EXEC: [(&str, &str); 3] = [
     ),
 ];
 
+/// Command lines to begin with, for all of `ts3100`; `-h` shows the first.
+const EXAMPLES: &str =
+    "ts3100 serve --port-offset 10000 --servo-on\nts3100 host 127.0.0.1:11000 su\nts3100 exec -- pytest";
+/// What `-h` shows of the commands of `ts3100`.
+const FIRST: [&str; 6] = ["serve", "exec", "host", "ctl", "check", "run"];
+
+/// Command lines to begin with, one a line; empty for a command that is part of another.
+pub(super) fn examples(command: &Command) -> &'static str {
+    let name = command.get_display_name().unwrap_or_else(|| command.get_name());
+    let Some(name) = name.strip_prefix("ts3100-") else {
+        return EXAMPLES;
+    };
+    let row = EVERYDAY.iter().find(|everyday| everyday.name == name);
+    row.map_or("", |everyday| everyday.example)
+}
+
 /// The definition with what help shows besides.
 pub(super) fn with_help(program: Command, extent: Extent) -> Command {
     let program = EVERYDAY.iter().fold(program, |program, everyday| {
         program.mut_subcommand(everyday.name, |command| explain(command, everyday, extent))
     });
-    program.after_help(format!("Documentation: {DOCS}"))
+    let documentation = format!("Documentation: {DOCS}");
+    match extent {
+        Extent::Everyday => {
+            let first = EXAMPLES.lines().next().unwrap_or_default();
+            program
+                .disable_help_subcommand(true)
+                .mut_subcommands(|command| {
+                    let is_first = FIRST.contains(&command.get_name());
+                    command.hide(!is_first)
+                })
+                .after_help(format!(
+                    "Example: {first}\nMore commands: ts3100 --help\n{documentation}"
+                ))
+        }
+        Extent::Everything => {
+            let examples = EXAMPLES.replace('\n', "\n  ");
+            program.after_help(format!("Examples:\n  {examples}\n\n{documentation}"))
+        }
+    }
 }
 
 fn explain(command: Command, everyday: &Everyday, extent: Extent) -> Command {
-    let mut example = format!("Example: {}", everyday.example);
+    let first = everyday.example.lines().next().unwrap_or_default();
+    let mut example = format!("Example: {first}");
     if extent == Extent::Everyday && command.has_subcommands() && !everyday.shown.is_empty() {
         example = format!("{example}\nMore commands: ts3100 {} --help", everyday.name);
     }
