@@ -5,8 +5,8 @@
     packaging/crates.py --list       the order, and the files of each package
     packaging/crates.py --publish    publishes them; needs CARGO_REGISTRY_TOKEN
 
-A crate embeds files that lie outside of it, such as a page of the book or a model of an arm, and a package has only what is inside.
-So a copy of the workspace is packed, in which these files are in the crate and every dependency on a crate of ours has its version."""
+A crate embeds files that lie outside of it, such as the book or a model of an arm, and a package has only what is inside. So a copy
+of the workspace is packed, in which these files are in the crate and every dependency on a crate of ours has its version."""
 
 import argparse
 import json
@@ -55,6 +55,11 @@ def stage(folder):
     manifest = re.sub(r'(, )?"(tests|benches)"', "", manifest)
     manifest = PATH.sub(lambda found: '%s, version = "=%s"' % (found[1], number), manifest)
     (folder / "Cargo.toml").write_text(manifest)
+    # The build script of the book packs the pages that are beside it.
+    for page in (ROOT / "docs").rglob("*.md"):
+        copy = folder / "crates/book/pages" / page.relative_to(ROOT / "docs")
+        copy.parent.mkdir(parents=True, exist_ok=True)
+        shutil.copy(page, copy)
     for crate in (folder / "crates").iterdir():
         for licence in folder.glob("LICENSE-*"):
             shutil.copy(licence, crate)

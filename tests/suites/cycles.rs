@@ -8,7 +8,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
 /// Crates without cycles: all of them.
-const CRATES: [&str; 9] = [
+const CRATES: [&str; 10] = [
     "proto",
     "scol-mini",
     "controller",
@@ -16,6 +16,7 @@ const CRATES: [&str; 9] = [
     "driver",
     "survey",
     "recording",
+    "book",
     "control",
     "emulator",
 ];

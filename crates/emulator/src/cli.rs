@@ -10,6 +10,7 @@ mod controls;
 mod coverage;
 mod ctl;
 mod diff;
+mod docs;
 mod ending;
 mod exec;
 mod exit;
@@ -69,6 +70,8 @@ enum Command {
     Man(man::ManArgs),
     Coverage(coverage::CoverageArgs),
     Config(config::ConfigArgs),
+    Docs(docs::DocsArgs),
+    Explain(docs::ExplainArgs),
 }
 
 /// The definition of the command line with its whole help, for manuals.
@@ -135,6 +138,8 @@ fn run(command: Command) -> ExitCode {
         Command::Man(args) => man::run(&args),
         Command::Coverage(args) => coverage::run(&args),
         Command::Config(args) => config::run(&args),
+        Command::Docs(args) => docs::run(&args),
+        Command::Explain(args) => docs::explain(&args),
     };
     ExitCode::from(done.unwrap_or_else(|error| {
         print_error(format_args!("{error:#}"));

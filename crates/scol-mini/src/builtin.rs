@@ -237,7 +237,7 @@ pub(crate) fn is_reserved(word: &str, arm: Arm) -> bool {
 }
 
 /// All words with a fixed spelling: candidates for suggestions, and the words that the test programs have to cover.
-pub(crate) fn words<'a>() -> impl Iterator<Item = &'a str> {
+pub fn words<'a>() -> impl Iterator<Item = &'a str> {
     fn of<'a, T>(table: &'a [(&'a str, T)]) -> impl Iterator<Item = &'a str> {
         table.iter().map(|(word, _)| *word)
     }

@@ -4,10 +4,10 @@
 //! The texts are the doc comments of the arguments. This module adds to the definition what only help needs, and is used
 //! only when somebody asks for help: an ordinary start pays nothing for it.
 
+use super::docs;
 use crate::config::schema::variable;
 use clap::{Arg, Command};
 use std::ffi::OsString;
-use ts3100_recording::book::DOCS;
 
 /// Extent of the help.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -204,6 +204,8 @@ const EVERYDAY: &[Everyday] = &[
         "ts3100 coverage merge run1.json run2.json --out coverage.html",
     ),
     whole("config", "ts3100 config schema > ts3100.schema.json"),
+    whole("docs", "ts3100 docs --search snapshot"),
+    whole("explain", "ts3100 explain 2-046"),
 ];
 
 /// Flags of `exec` that do not mean quite what they mean for `serve`.
@@ -243,7 +245,7 @@ pub(super) fn with_help(program: Command, extent: Extent) -> Command {
     let program = EVERYDAY.iter().fold(program, |program, everyday| {
         program.mut_subcommand(everyday.name, |command| explain(command, everyday, extent))
     });
-    let documentation = format!("Documentation: {DOCS}");
+    let documentation = "Documentation: ts3100 docs. A code, for example E0101 or 2-046: ts3100 explain CODE";
     match extent {
         Extent::Everyday => {
             let first = EXAMPLES.lines().next().unwrap_or_default();
@@ -274,7 +276,10 @@ fn explain(command: Command, everyday: &Everyday, extent: Extent) -> Command {
         Extent::Everyday => shorten(command, everyday).after_help(example),
         Extent::Everything => command
             .mut_args(|argument| complete(argument, everyday.name))
-            .after_help(example),
+            .after_help(format!(
+                "{example}\nDocumentation: ts3100 docs {}",
+                docs::topic_of(everyday.name)
+            )),
     }
 }
 

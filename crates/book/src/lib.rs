@@ -1,0 +1,96 @@
+//! The documentation in the program: the Markdown of `docs`, by pages, sections and table rows.
+//!
+//! [`book`] unpacks it at its first use. A *topic* names a page or a section of it: `reference/alarms`, `alarms#levels`. A *code*
+//! is what messages name: `E0101`, `left-in-exchange`, `2-046`, `text.end`, `RN`, `MOVEJ`; [`Book::explain`] finds its sections and
+//! rows. What they look like on a terminal and in a browser is in `terminal` and `html`. Start with `page`.
+
+mod explain;
+mod html;
+mod page;
+mod search;
+mod terminal;
+mod topic;
+
+pub use html::escaped;
+pub use page::Page;
+pub use search::Hit;
+pub use terminal::{PLAIN, Styles};
+pub use topic::UnknownTopic;
+
+use flate2::read::GzDecoder;
+use std::io::Read as _;
+use std::sync::LazyLock;
+
+/// The pages, compressed by the build script.
+const ARCHIVE: &[u8] = include_bytes!(concat!(env!("OUT_DIR"), "/book.gz"));
+
+static BOOK: LazyLock<Book> = LazyLock::new(Book::unpacked);
+
+/// The book, unpacked at its first use.
+pub fn book() -> &'static Book {
+    &BOOK
+}
+
+/// The command line that explains a code.
+pub fn explain_command(code: &str) -> String {
+    format!("ts3100 explain {code}")
+}
+
+/// The path that explains a code at the control interface of every emulator.
+pub fn explain_path(code: &str) -> String {
+    format!("/book/explain/{code}")
+}
+
+/// The pages in the order of the summary.
+pub struct Book {
+    pages: Vec<Page>,
+}
+
+/// A page, or a part of one.
+#[derive(Debug, Clone)]
+pub struct Passage<'a> {
+    pub page: &'a Page,
+    /// Anchor of the section that it is, or is in; `None`: the whole page.
+    pub anchor: Option<&'a str>,
+    /// Title of the page, or heading of the section.
+    pub title: &'a str,
+    /// Its Markdown.
+    pub text: String,
+}
+
+impl Passage<'_> {
+    /// The topic that shows it, or the section that it is in.
+    pub fn topic(&self) -> String {
+        match self.anchor {
+            Some(anchor) => format!("{}#{anchor}", self.page.path),
+            None => self.page.path.clone(),
+        }
+    }
+}
+
+impl Book {
+    fn unpacked() -> Book {
+        let mut archive = String::new();
+        // The build script has packed it of strings.
+        let _ = GzDecoder::new(ARCHIVE).read_to_string(&mut archive);
+        let mut files = archive.split('\x0c').filter_map(|file| file.split_once('\n'));
+        let summary = files.next().map_or("", |(_, summary)| summary);
+        let entries = page::entries(summary);
+        let pages = entries
+            .zip(files)
+            .map(|(entry, (_, text))| Page::new(&entry, text));
+        Book {
+            pages: pages.collect(),
+        }
+    }
+
+    /// The pages in the order of the summary.
+    pub fn pages(&self) -> &[Page] {
+        &self.pages
+    }
+
+    /// The page of this path, for example `reference/alarms`.
+    pub fn page(&self, path: &str) -> Option<&Page> {
+        self.pages.iter().find(|page| page.path == path)
+    }
+}
