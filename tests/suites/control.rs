@@ -1,5 +1,6 @@
 //! The control interface: who may call, what each call does, and that what it does is seen on the protocol side.
 
+mod book;
 mod clock;
 mod document;
 #[cfg(unix)]

@@ -3,9 +3,9 @@
 //! The table and the effects of an alarm are in the controller's `alarm` module.
 
 use super::resource::{Answer, Deserialize, Handle, Json, Path, Problem, Serialize, ToSchema, View};
+use ts3100_book::explain_path;
 use ts3100_controller::Action;
 use ts3100_controller::alarm::{ALARMS, Alarm, AlarmCode, AlarmSource};
-use ts3100_recording::book;
 
 /// Longest detail of an alarm in characters.
 const MAX_DETAIL: usize = 200;
@@ -23,7 +23,7 @@ pub struct ActiveAlarm {
     cause: &'static str,
     /// Remedy.
     remedy: &'static str,
-    /// Section of the documentation.
+    /// Path of the page that explains it.
     docs: String,
     /// Date and time, `YYYY-MM-DD HH:MM:SS`.
     at: String,
@@ -42,7 +42,7 @@ pub struct AlarmRow {
     cause: &'static str,
     /// Remedy.
     remedy: &'static str,
-    /// Section of the documentation.
+    /// Path of the page that explains it.
     docs: String,
     /// Whether the number is an invention of the emulator; `false` for alarms of the real controller.
     ours: bool,
@@ -81,7 +81,7 @@ impl ActiveAlarm {
             text: alarm.message(),
             cause: alarm.code.cause,
             remedy: alarm.code.remedy,
-            docs: book::alarm(&alarm.code),
+            docs: explain_path(&alarm.code.number()),
             at: alarm.at.to_string(),
         }
     }
@@ -95,7 +95,7 @@ impl AlarmRow {
             text: row.text,
             cause: row.cause,
             remedy: row.remedy,
-            docs: book::alarm(row),
+            docs: explain_path(&row.number()),
             ours: row.source == AlarmSource::Ours,
         }
     }

@@ -7,7 +7,7 @@ use super::files::missing;
 use super::resource::{Answer, Deserialize, Handle, Json, Problem, Serialize, ToSchema, View};
 use scol_mini::{Diagnostic, DiagnosticKind, check_with_points};
 use tokio::task::spawn_blocking;
-use ts3100_recording::book;
+use ts3100_book::explain_path;
 
 /// The program to check.
 #[derive(Debug, Clone, Deserialize, ToSchema)]
@@ -65,7 +65,7 @@ pub struct ProgramDiagnostic {
     /// Remedy.
     #[serde(skip_serializing_if = "Option::is_none")]
     help: Option<String>,
-    /// The section of the documentation.
+    /// Path of the page that explains the code.
     #[serde(skip_serializing_if = "Option::is_none")]
     docs: Option<String>,
 }
@@ -92,7 +92,7 @@ impl ProgramDiagnostic {
             length: columns.len(),
             severity: diagnostic.severity.as_str(),
             code: diagnostic.code,
-            docs: DiagnosticKind::by_code(diagnostic.code).map(book::diagnostic),
+            docs: DiagnosticKind::by_code(diagnostic.code).map(|kind| explain_path(kind.code)),
             message: diagnostic.message,
             help: diagnostic.help,
         }

@@ -88,7 +88,7 @@ pub struct WaitRequest {
     wall: Option<Seconds>,
 }
 
-/// The condition, as text (`output 5 on`; docs/reference/conditions.md lists all) or as an object.
+/// The condition, as text (`output 5 on`; `/book/reference/conditions` lists all) or as an object.
 #[derive(Debug, Clone, Deserialize, ToSchema)]
 #[serde(untagged)]
 pub enum ConditionBody {

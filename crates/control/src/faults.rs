@@ -57,7 +57,7 @@ enum ArmSchema {
 #[serde(deny_unknown_fields)]
 #[expect(dead_code, reason = "it is only described; what is read is `ArmRequest`")]
 struct FaultSpec {
-    /// `KIND` or `KIND:key=value,key=value`; see docs/reference/faults.md.
+    /// `KIND` or `KIND:key=value,key=value`; `/book/reference/faults` explains them.
     #[schema(example = "no-reply:command=SU", max_length = 4096)]
     spec: String,
 }

@@ -3,6 +3,7 @@
 //!
 //! This module does not know what runs a robot; see [`Robots`].
 
+use super::book::is_in_book;
 use super::resource::{Answer, Handle, Json, Path, Problem, Serialize, ToSchema};
 use axum::Extension;
 use axum::extract::{FromRequestParts, Request, State};
@@ -275,7 +276,7 @@ pub struct NamedInPath(pub String);
 
 /// The pages ask for the token themselves and show nothing without it.
 pub fn is_page(path: &str) -> bool {
-    ["/", "/docs"].contains(&path) || path.starts_with("/ui/")
+    ["/", "/docs"].contains(&path) || path.starts_with("/ui/") || is_in_book(path)
 }
 
 /// The name of a robot and the path of its own that a path leads to.

@@ -324,7 +324,7 @@ fn with_a_token_every_call_needs_it() {
         // What it loads is its own, and nothing it shows becomes part of its code.
         for attribute in ["src=\"", "href=\""] {
             for value in page.split(attribute).skip(1) {
-                let own = ["ui/", "#", "../", "openapi.json", "docs", "./"];
+                let own = ["ui/", "#", "../", "openapi.json", "docs", "book/", "./"];
                 assert!(
                     own.iter().any(|own| value.starts_with(own)),
                     "{path}: {attribute}{value:.40}"

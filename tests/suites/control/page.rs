@@ -206,10 +206,7 @@ fn a_text_or_a_file_is_checked_without_being_stored() {
         "{first}"
     );
     let file = check(json!({"file": "test"}));
-    assert_eq!(
-        file[0]["docs"], "docs/reference/diagnostics.md#not-a-statement",
-        "{file}"
-    );
+    assert_eq!(file[0]["docs"], "/book/explain/E0103", "{file}");
     assert_eq!(robot.get("/files"), files);
     robot.refused(404, "POST", "/check", r#"{"file":"GONE"}"#);
     robot.refused(422, "POST", "/check", r#"{"name":"A","content":""}"#);

@@ -27,7 +27,8 @@ const EXAMPLES: &str = include_str!("../../assets/examples.json");
 const TITLE: &str = "TS3100 control interface";
 const DESCRIPTION: &str = "Do what a real controller won't let you: inspect and set any state, and control the clock.\n\n\
     When a call returns, all its immediate effects have happened. Durations and moments are seconds \
-    of virtual time. A refused call has changed nothing; its response is a `Problem`.";
+    of virtual time. A refused call has changed nothing; its response is a `Problem`.\n\n\
+    The documentation is at `/book/`.";
 const TOKEN_DESCRIPTION: &str = "The token of `--control-token`. Without one, calls need no authorization: by default \
     the interface listens on the loopback only.";
 /// Name of the security scheme.
@@ -83,7 +84,7 @@ const GROUPS: [(&str, &str); 21] = [
     ("power", "Power off, on and cycle; reset between tests."),
     (
         "faults",
-        "Fault injection: arm faults, disarm them, see their outcome. docs/reference/faults.md explains the kinds.",
+        "Fault injection: arm faults, disarm them, see their outcome. `/book/reference/faults` explains the kinds.",
     ),
     (
         "snapshots",
