@@ -29,7 +29,7 @@ RECORDS = {
 }
 MEANINGS = {
     "Program": "The selected program.", "Alarm": "An alarm, with its cause and its remedy.",
-    "Finding": "A mistake of a host, or what a fault has caused; docs/reference/findings.md lists the rules.",
+    "Finding": "A mistake of a host, or what a fault has caused; `ts3100 docs findings` lists the rules.",
     "Fault": "A fault and its outcome.", "Clock": "The virtual time and how it passes.", "Reached": "The end of a wait.",
     "Pose": "Joints in degrees (the third of a SCARA in mm), and the tool point in the world in mm and degrees.",
 }

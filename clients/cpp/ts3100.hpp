@@ -863,7 +863,7 @@ struct Alarm {
           remedy(detail::member<std::string>(json, "remedy")),
           at(detail::member<std::string>(json, "at")) {}
 };
-/// A mistake of a host, or what a fault has caused; docs/reference/findings.md lists the rules.
+/// A mistake of a host, or what a fault has caused; `ts3100 docs findings` lists the rules.
 struct Finding {
     std::string rule;  ///< Name of the rule of a finding.
     Severity severity;  ///< Severity of a finding; `note` if a fault caused it.

@@ -16,6 +16,7 @@ mod alarms;
 mod arches;
 mod architecture;
 mod binary;
+mod book;
 mod control;
 mod coverage;
 mod cycles;

@@ -162,7 +162,7 @@ namespace Ts3100
         }
     }
 
-    /// <summary>A mistake of a host, or what a fault has caused; docs/reference/findings.md lists the rules.</summary>
+    /// <summary>A mistake of a host, or what a fault has caused; `ts3100 docs findings` lists the rules.</summary>
     public sealed partial class Finding
     {
         /// <summary>Name of the rule of a finding.</summary>

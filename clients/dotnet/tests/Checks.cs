@@ -276,7 +276,7 @@ static class Checks
                 Thrown<RefusedException>(() => host.Command("XX"));
             string message = Thrown<FindingsException>(robot.Dispose);
             Equal("the failure names the mistake and its remedy", true, message.Contains(
-                "IP0: unknown command \"XX\" (unknown-command, error). Use a command of docs/reference/protocol/commands.md, in upper case."));
+                "IP0: unknown command \"XX\" (unknown-command, error). Use a command that `ts3100 docs commands` lists, in upper case."));
             Equal("and the last texts", true, message.Contains("> IP0 XX<CR>\n  < IP0 NG<CR>\n"));
             Equal("and the transcript", true, File.ReadAllText(robot.TranscriptFile).Contains("> IP0 XX<CR>"));
             File.Delete(robot.TranscriptFile);

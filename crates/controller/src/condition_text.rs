@@ -124,7 +124,7 @@ impl FromStr for Condition {
         let forms = CONDITION_FORMS.iter().filter(|row| first(row) == name);
         let forms: Vec<String> = forms.map(|row| format!("`{}`", row.form)).collect();
         if forms.is_empty() {
-            let page = "; docs/reference/conditions.md lists every condition";
+            let page = "; `ts3100 docs conditions` lists every condition";
             let hint = did_you_mean_or(name, CONDITION_FORMS.iter().map(first), page);
             let words = words.to_string();
             return Err(ConditionParseError::Unknown { words, hint });
@@ -306,7 +306,7 @@ mod tests {
         for (words, expected) in [
             (
                 "",
-                "unknown condition ``; docs/reference/conditions.md lists every condition",
+                "unknown condition ``; `ts3100 docs conditions` lists every condition",
             ),
             (
                 "commandd SU",

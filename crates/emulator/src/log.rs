@@ -27,7 +27,6 @@ use ts3100_controller::time::Time;
 use ts3100_driver::seat::{Side, Subscriber};
 use ts3100_proto::escape::Escaped;
 use ts3100_proto::text::{Framing, Terminator};
-use ts3100_recording::book;
 
 /// The rule of a command that is refused although it is valid in this mode.
 const REFUSED_BY_STATE: &str = ts3100_controller::findings::rules::REFUSED_BY_STATE.id;
@@ -268,9 +267,9 @@ impl Subscriber for EventLog {
     }
 }
 
-/// Advice to the author of the host, with a link to more.
+/// Advice to the author of the host, with the command that explains more.
 fn advice(rule: &Rule) -> String {
-    format!("{} See {}", rule.remedy, book::finding(rule))
+    format!("{} See `{}`", rule.remedy, ts3100_book::explain_command(rule.id))
 }
 
 /// The rule in the line of a refusal, with the message of the finding where the reason does not have it already.

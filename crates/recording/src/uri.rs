@@ -1,4 +1,4 @@
-//! URIs in reports (RFC 3986): of files, and of sections of the documentation.
+//! URIs in reports (RFC 3986): of files, and names of codes.
 
 use std::path::Path;
 
@@ -32,13 +32,9 @@ pub fn of_file(path: &Path) -> String {
     }
 }
 
-/// A section of the documentation, as [`crate::book`] names it. Without a published book it is only a name, because a
-/// relative link is not a URI.
-pub fn of_docs(section: &str) -> String {
-    match section.contains("://") {
-        true => section.to_owned(),
-        false => format!("urn:ts3100:{section}"),
-    }
+/// The name of a code that `ts3100 explain` explains. A report has no address of the documentation, which is in the program.
+pub fn of_code(code: &str) -> String {
+    format!("urn:ts3100:explain:{code}")
 }
 
 #[cfg(test)]
@@ -64,15 +60,5 @@ mod tests {
         ] {
             assert_eq!(of_file(Path::new(path)), uri);
         }
-    }
-
-    #[test]
-    fn documentation_by_its_address_or_its_name() {
-        assert_eq!(
-            of_docs("docs/reference/findings.md#no-stx"),
-            "urn:ts3100:docs/reference/findings.md#no-stx"
-        );
-        let address = "https://example.org/reference/findings.html#no-stx";
-        assert_eq!(of_docs(address), address);
     }
 }

@@ -183,7 +183,7 @@ fn numbers_positions_and_alarms_are_shown_readably() {
             b"\x02FL,1,002-046,port without a peer,2014-02-06 10:30:15\r\x1a\x03",
             &["ac"],
             "alarm  message              at                   docs\n\
-             2-046  port without a peer  2014-02-06 10:30:15  docs/reference/alarms.md#alarm-2-046\n",
+             2-046  port without a peer  2014-02-06 10:30:15  ts3100 explain 2-046\n",
         ),
     ] {
         let output = run(&[&["host", &peer(answer)], words].concat());

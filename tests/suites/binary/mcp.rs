@@ -92,8 +92,24 @@ fn an_assistant_writes_checks_and_runs_a_program_and_learns_what_a_host_did_wron
     ts3100_tests::host::Host::read_until(&mut host, 0x03);
     let (said, _) = assistant.tool("findings", &json!({}));
     assert!(said.contains("unknown-command"), "{said}");
-    let (said, _) = assistant.tool("explain_finding", &json!({"rule": "unknown-command"}));
-    assert!(said.contains("Use a command of docs"), "{said}");
+    let (said, _) = assistant.tool("explain", &json!({"code": "unknown-command"}));
+    assert!(said.contains("reference/findings#unknown-command"), "{said}");
+    let (said, is_error) = assistant.tool("explain", &json!({"code": "unknown-comand"}));
+    assert!(
+        is_error && said.contains("did you mean `unknown-command`?"),
+        "{said}"
+    );
+    let (said, _) = assistant.tool("documentation", &json!({"search": "feed hold"}));
+    let hits: Value = serde_json::from_str(&said).unwrap();
+    let topic = hits[0]["topic"].as_str().unwrap();
+    let (said, is_error) = assistant.tool("documentation", &json!({"topic": topic}));
+    assert!(!is_error && said.starts_with('#'), "{said}");
+    assert!(
+        assistant
+            .tool("documentation", &json!({}))
+            .0
+            .contains("reference/scol/motion")
+    );
     assert!(assistant.tool("traffic", &json!({})).0.contains("qq"));
 
     let (said, is_error) = assistant.tool("panel", &json!({"control": "servo", "value": "closed"}));

@@ -76,10 +76,7 @@ fn findings_are_written_in_three_forms_at_the_end() {
         let index = usize::try_from(result["ruleIndex"].as_u64().unwrap()).unwrap();
         let rule = &run["tool"]["driver"]["rules"][index];
         assert_eq!(rule["id"], result["ruleId"]);
-        let section = format!(
-            "urn:ts3100:docs/reference/findings.md#{}",
-            result["ruleId"].as_str().unwrap()
-        );
+        let section = format!("urn:ts3100:explain:{}", result["ruleId"].as_str().unwrap());
         assert_eq!(rule["helpUri"], section.as_str());
         // Code scanning takes no result without a place in a file.
         let place = &result["locations"][0]["physicalLocation"];
@@ -156,7 +153,7 @@ fn what_cannot_be_reported_is_said_before_the_run() {
         (["--lcov", "/nowhere/run.info"], "cannot write /nowhere/run.info"),
         (
             ["--deny", "warnings"],
-            "a rule of docs/reference/findings.md, found `warnings`",
+            "a rule that `ts3100 docs findings` lists, found `warnings`",
         ),
         (
             ["--deny", "8-027"],

@@ -106,6 +106,8 @@ fn every_subcommand_has_a_manual_page() {
             ".SH SYNOPSIS\n.nf\n&ts3100 run [OPTIONS] <FILE>\n",
         ),
         ("ts3100-run.1", ".SH EXAMPLES\n.nf\n&ts3100 run pick.scol"),
+        ("ts3100-ctl.1", "ts3100 docs reference/ctl"),
+        ("ts3100.1", "ts3100 explain CODE"),
     ] {
         let text = std::fs::read_to_string(pages.join(page)).unwrap();
         assert!(text.replace('\\', "").contains(words), "{page}:\n{text}");
@@ -113,6 +115,44 @@ fn every_subcommand_has_a_manual_page() {
     let output = run(&["man", "/dev/null/man1"]);
     assert_eq!(output.status.code(), Some(2));
     assert!(stderr(&output).starts_with("error: cannot write the manual pages to /dev/null/man1: "));
+}
+
+#[test]
+fn the_documentation_is_printed_searched_and_explained() {
+    let output = run(&["docs", "findings#no-stx"]);
+    expect_code(&output, 0);
+    assert!(stdout(&output).starts_with("### no-stx\n"), "{}", stdout(&output));
+    for code in [
+        "E0101",
+        "left-in-exchange",
+        "2-046",
+        "text.end",
+        "RN",
+        "MOVEJ",
+        "--port-offset",
+    ] {
+        let output = run(&["explain", code, "--json"]);
+        expect_code(&output, 0);
+        let found: Value = serde_json::from_slice(&output.stdout).unwrap();
+        assert!(found["sections"][0]["markdown"].is_string(), "{code}: {found}");
+    }
+    let output = run(&["docs", "--search", "feed", "hold"]);
+    assert!(stdout(&output).contains("feed-hold"), "{}", stdout(&output));
+    let output = run(&["docs", "--search", "xyzzy"]);
+    expect_code(&output, 1);
+    assert_eq!(stderr(&output), "error: no section has the words `xyzzy`\n");
+    let output = run(&["explain", "left-in-exchnge"]);
+    expect_code(&output, 2);
+    assert!(
+        stderr(&output).ends_with("did you mean `left-in-exchange`?\n"),
+        "{}",
+        stderr(&output)
+    );
+    // A page a line of the list, and every page is printed.
+    let list = stdout(&run(&["docs"]));
+    let pages = list.lines().filter(|line| line.starts_with("  ")).count();
+    let all: Value = serde_json::from_slice(&run(&["docs", "--all", "--json"]).stdout).unwrap();
+    assert_eq!(all["sections"].as_array().unwrap().len(), pages);
 }
 
 /// A pipe whose reader has gone.
@@ -132,6 +172,11 @@ fn a_reader_that_has_gone_is_no_error_and_a_full_disk_is_one() {
     let wrong = directory.file("wrong.scol", "PROGRAM T\nGOTO NOWHERE\nEND\n");
     for (words, code) in [
         (&["fidelity"][..], 0),
+        (&["docs"], 0),
+        (&["docs", "--all"], 0),
+        (&["docs", "--search", "alarm"], 0),
+        (&["docs", "--json"], 0),
+        (&["explain", "RN"], 0),
         (&["config", "schema"], 0),
         (&["completions", "bash"], 0),
         (&["serve", "--set", "help"], 0),

@@ -46,7 +46,7 @@ async def session(binary, control):
         true("its variable has counted to 10", "10" in said, said)
         said, _ = await use("position")
         true("the position is told", "joint" in said, said)
-        said, _ = await use("explain_finding", rule="answer-early")
+        said, _ = await use("explain", code="answer-early")
         true("a finding is explained", "Wait 50 ms" in said, said)
 
 

@@ -32,7 +32,7 @@ MONO_LIBRARIES = ("libmono-system-core4.0-cil", "libmono-system-net-http4.0-cil"
 NUNIT = "/usr/lib/cli/nunit.framework-2.6.3/nunit.framework.dll"
 # The newest runtime that a registry of Python packages has.
 DOTNET = "dotnetcore2==3.1.23"
-FINDING = 'IP0: unknown command "XX" (unknown-command, error). Use a command of docs/reference/protocol/commands.md, in upper case.'
+FINDING = 'IP0: unknown command "XX" (unknown-command, error). Use a command that `ts3100 docs commands` lists, in upper case.'
 LAST_TEXTS = "> IP0 XX<CR>"
 
 

@@ -148,7 +148,7 @@ class Alarm:
 
 @dataclass(frozen=True)
 class Finding:
-    """A mistake of a host, or what a fault has caused; docs/reference/findings.md lists the rules."""
+    """A mistake of a host, or what a fault has caused; `ts3100 docs findings` lists the rules."""
 
     rule: str
     """Name of the rule of a finding."""

@@ -61,7 +61,7 @@ LOCAL_ADDRESSES = ("0.0.0.0", "::")
 
 
 class Finding(FindingFields):
-    """A mistake of a host, or what a fault has caused; docs/reference/findings.md lists the rules.
+    """A mistake of a host, or what a fault has caused; `ts3100 docs findings` lists the rules.
 
     No test fails on what a fault has caused: `caused_by` names it."""
 

@@ -136,10 +136,10 @@ false: {
 
     UNKNOWN_COMMAND "unknown-command" Error "5.3.1 [FRM-06, CMD-LST-04]"
         "No command has these letters"
-        "Use a command of docs/reference/protocol/commands.md, in upper case."
+        "Use a command that `ts3100 docs commands` lists, in upper case."
     MALFORMED_COMMAND "malformed-command" Error "5.3.1 [FRM-07, FRM-18]"
         "The operands do not fit the command"
-        "Write the operands as in docs/reference/protocol/commands.md."
+        "Write the operands as `ts3100 docs commands` shows them."
     EXTENSION_COMMAND "extension-command" Note "5.3.1 [CMD-LST-01, D0]"
         "A command that the manual does not list"
         "Be ready for NG: real controllers accept the command, but the manual does not list it."

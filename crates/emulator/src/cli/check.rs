@@ -18,7 +18,6 @@ use std::collections::BTreeSet;
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 use ts3100_control::printable::printable;
-use ts3100_recording::book;
 
 /// Check SCOL files for errors and likely mistakes.
 ///
@@ -98,7 +97,7 @@ fn exit_code(file: &CheckedFile, deny_warnings: bool) -> u8 {
     if remarks.iter().any(denied) { NEGATIVE } else { 0 }
 }
 
-/// The first diagnostic of each code is followed by its section in the documentation.
+/// The first diagnostic of each code is followed by the command that explains it.
 fn write_text(
     file: &CheckedFile,
     explained: &mut BTreeSet<&str>,
@@ -115,7 +114,12 @@ fn write_text(
         let kind = DiagnosticKind::by_code(remark.code);
         if let Some(kind) = kind.filter(|kind| explained.insert(kind.code)) {
             let margin = remark.line.to_string().len();
-            writeln!(out, "{:margin$} = see {}", "", book::diagnostic(kind))?;
+            writeln!(
+                out,
+                "{:margin$} = see `{}`",
+                "",
+                ts3100_book::explain_command(kind.code)
+            )?;
         }
     }
     if !remarks.iter().any(|d| d.severity == Severity::Error) {

@@ -24,7 +24,8 @@ const REVISIONS: [&str; 3] = ["2025-06-18", "2025-03-26", "2024-11-05"];
 const BYTE_ORDER_MARK: &[u8] = b"\xEF\xBB\xBF";
 /// First message to an assistant.
 const INSTRUCTIONS: &str = "An emulated robot controller (Toshiba Machine TS3100). Programs are in SCOL. Check a program with \
-    check_program, store and select it with load_program, start it with run_program. findings lists the protocol mistakes of a host program.";
+    check_program, store and select it with load_program, start it with run_program. findings lists the protocol mistakes of a host program. explain \
+    explains codes and words; documentation has the manual of the emulator and of SCOL.";
 
 /// JSON-RPC: a message that is not JSON.
 const PARSE_ERROR: i64 = -32_700;

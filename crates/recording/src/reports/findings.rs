@@ -64,7 +64,7 @@ pub struct RuleView {
     pub title: &'static str,
     /// Remedy.
     pub remedy: &'static str,
-    /// Its section in the documentation.
+    /// Command line that explains it.
     pub docs: String,
     /// How often it was broken.
     pub count: u64,
@@ -151,7 +151,7 @@ impl RuleView {
             source: rule.source,
             title: rule.title,
             remedy: rule.remedy,
-            docs: crate::book::finding(rule),
+            docs: ts3100_book::explain_command(rule.id),
             count: tally.count,
             first: tally.first.iter().map(FindingView::new).collect(),
         }

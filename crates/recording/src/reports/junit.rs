@@ -2,7 +2,6 @@
 //! that CI shows the rules that were kept, too. The XML is `quick_junit`'s.
 
 use super::findings::line;
-use crate::book;
 use quick_junit::{NonSuccessKind, Report, TestCase, TestCaseStatus, TestSuite};
 use std::fmt::Write as _;
 use std::time::Duration;
@@ -82,7 +81,7 @@ fn rule_case(rule: &Rule, tallies: [Option<&Tally>; 2], fails: bool) -> TestCase
         rule.title,
         rule.source,
         rule.remedy,
-        book::finding(rule)
+        ts3100_book::explain_command(rule.id)
     );
     for tally in tallies.into_iter().flatten() {
         for finding in &tally.first {

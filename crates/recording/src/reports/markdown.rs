@@ -19,15 +19,18 @@ pub(super) fn document(findings: &FindingsView, coverage: &CoverageReport) -> St
             let cause = cause.map_or_else(String::new, |cause| format!(" (caused-by: {cause})"));
             format!("<br>{port} at {:.3} s: {}{cause}", first.t, cell(&first.message))
         });
-        let (rule, severity, docs) = (broken.rule, broken.severity, &broken.docs);
+        let (rule, severity) = (broken.rule, broken.severity);
         // Writing to a String does not fail.
         let _ = writeln!(
             out,
-            "| [{rule}]({docs}) ({severity}) | {} | {}{example} | {} |",
+            "| `{rule}` ({severity}) | {} | {}{example} | {} |",
             broken.count,
             cell(broken.title),
             cell(broken.remedy)
         );
+    }
+    if !findings.findings.is_empty() {
+        out += "\n`ts3100 explain FINDING` explains a finding.\n";
     }
     let _ = writeln!(
         out,

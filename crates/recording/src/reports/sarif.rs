@@ -1,10 +1,11 @@
 //! Findings as SARIF 2.1.0 for code-scanning viewers: every rule with its help, and each recorded finding as a result.
 
 use super::findings::{FindingView, FindingsView};
-use crate::{book, uri};
+use crate::uri;
 use serde_json::{Value, json};
 use std::fmt::Write as _;
 use std::path::Path;
+use ts3100_book::explain_command;
 use ts3100_controller::findings::{Findings, RULES, Rule};
 
 /// The schema the document keeps to.
@@ -51,8 +52,8 @@ fn descriptor(rule: &Rule) -> Value {
         "id": rule.id,
         "shortDescription": { "text": rule.title },
         "fullDescription": { "text": format!("{}. Manual: {}", rule.title, rule.source) },
-        "help": { "text": rule.remedy },
-        "helpUri": uri::of_docs(&book::finding(rule)),
+        "help": { "text": format!("{} See `{}`.", rule.remedy, explain_command(rule.id)) },
+        "helpUri": uri::of_code(rule.id),
         "defaultConfiguration": { "level": rule.severity.as_str() },
         "properties": { "source": rule.source },
     })

@@ -60,8 +60,9 @@ impl FromStr for Deny {
         }
         let rule = Rule::by_id(word);
         rule.map(|rule| Deny::Rule(rule.id)).ok_or_else(|| {
-            let expected =
-                format!("all, note, warning, error, {NEVER_FIRED} or a rule of docs/reference/findings.md");
+            let expected = format!(
+                "all, note, warning, error, {NEVER_FIRED} or a rule that `ts3100 docs findings` lists"
+            );
             let hint = AlarmCode::replacement(word)
                 .map(|new| format!("; {word} is now alarm {new}, and alarms are not findings"));
             UnexpectedWord::new(expected, word).hinting(hint.unwrap_or_default())

@@ -102,7 +102,7 @@ fn channel_action(words: &str) -> Result<PlannedAction, ScenarioActionError> {
 fn unknown(words: &str) -> ScenarioActionError {
     let first = |words: &'static str| words.split(' ').next().unwrap_or_default();
     let forms = action_forms().chain(CHANNEL_ACTIONS).map(first);
-    let page = "; docs/reference/scenarios.md lists every action";
+    let page = "; `ts3100 docs scenarios` lists every action";
     let hint = did_you_mean_or(words.split(' ').next().unwrap_or_default(), forms, page);
     let words = words.to_owned();
     ScenarioActionError::Unknown { words, hint }

@@ -98,7 +98,7 @@ fn what_is_wrong_is_said_with_its_line() {
         ),
         (
             "[[never]]\nwhat = \"dance\"",
-            "line 2: unknown condition `dance`; docs/reference/conditions.md lists every condition",
+            "line 2: unknown condition `dance`; `ts3100 docs conditions` lists every condition",
         ),
         (
             "[[never]]\nwhat = \"alarm\"\nwithin = \"1 s\"",

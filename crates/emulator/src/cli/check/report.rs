@@ -8,7 +8,11 @@ use scol_mini::{Diagnostic, DiagnosticKind, Severity};
 use serde_json::{Value, json};
 use std::collections::BTreeSet;
 use std::path::Path;
-use ts3100_recording::{book, uri};
+use ts3100_book::{PLAIN, book, explain_command};
+use ts3100_recording::uri;
+
+/// Width of the lines of a text of SARIF.
+const HELP_WIDTH: usize = 100;
 
 /// The JSON document: files in the order given, each with its remarks in the order of the source.
 pub(super) fn json(files: &[CheckedFile]) -> Value {
@@ -44,7 +48,7 @@ fn diagnostic_json(diagnostic: &Diagnostic, source: &str) -> Value {
     json!({
         "severity": diagnostic.severity.as_str(),
         "code": diagnostic.code,
-        "docs": DiagnosticKind::by_code(diagnostic.code).map(book::diagnostic),
+        "docs": DiagnosticKind::by_code(diagnostic.code).map(|kind| explain_command(kind.code)),
         "message": diagnostic.message,
         "help": diagnostic.help,
         "line": diagnostic.line,
@@ -102,10 +106,20 @@ fn sarif_rule(code: &str) -> Value {
         "name": kind.name,
         "shortDescription": { "text": kind.title },
         "fullDescription": { "text": kind.title },
-        "helpUri": uri::of_docs(&book::diagnostic(kind)),
-        "help": { "text": kind.title },
+        "helpUri": uri::of_code(kind.code),
+        "help": { "text": explanation(kind) },
         "defaultConfiguration": { "level": kind.severity.as_str() },
     })
+}
+
+/// What the documentation says of a kind, as text.
+fn explanation(kind: &DiagnosticKind) -> String {
+    let book = book();
+    let passages = book.explain(kind.code);
+    let texts = passages
+        .iter()
+        .map(|passage| passage.terminal(book, HELP_WIDTH, &PLAIN));
+    texts.collect::<Vec<_>>().join("\n")
 }
 
 fn sarif_result(name: &str, source: &str, diagnostic: &Diagnostic, rule: Option<usize>) -> Value {
@@ -169,10 +183,7 @@ mod tests {
         for result in run["results"].as_array().unwrap() {
             let index = usize::try_from(result["ruleIndex"].as_u64().unwrap()).unwrap();
             assert_eq!(rules[index]["id"], result["ruleId"]);
-            assert_eq!(
-                rules[index]["helpUri"],
-                "urn:ts3100:docs/reference/diagnostics.md#not-a-statement"
-            );
+            assert_eq!(rules[index]["helpUri"], "urn:ts3100:explain:E0103");
             let place = &result["locations"][0]["physicalLocation"];
             assert_eq!(place["artifactLocation"]["uri"], "a%20b/pick.scol");
             assert!(place["region"]["startLine"].as_u64().unwrap() >= 1);

@@ -19,7 +19,6 @@ use ts3100_proto::status::sm::QuickStatus;
 use ts3100_proto::status::su::StatusBody;
 use ts3100_proto::status::vr::{self, VersionRecord};
 use ts3100_proto::status::{AlarmLevel, BodyError, ExecutionStatus, mr};
-use ts3100_recording::book;
 
 /// Decodes the content of a reply.
 type Decoder = fn(&[u8]) -> Result<Value, BodyError>;
@@ -100,7 +99,7 @@ fn alarm_record(record: &AlarmRecord) -> Value {
         "alarm": number,
         "message": record.message,
         "at": record.at.to_string(),
-        "docs": known.as_ref().map(book::alarm),
+        "docs": known.map(|code| ts3100_book::explain_command(&code.number())),
     })
 }
 

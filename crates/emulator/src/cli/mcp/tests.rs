@@ -32,11 +32,11 @@ pub fn calls() -> Vec<MadeCall> {
                 .collect()
         } else {
             let all =
-                json!({ "name": "A", "source": "END", "seconds": 1, "line": 5, "on": true, "rule": "pace" });
+                json!({ "name": "A", "source": "END", "seconds": 1, "line": 5, "on": true, "code": "pace" });
             vec![json!({}), all]
         };
         for arguments in arguments {
-            // A rule that does not exist is refused before a call.
+            // A code that does not exist is refused before a call.
             let _ = (tool.run)(&robot, &arguments);
         }
     }

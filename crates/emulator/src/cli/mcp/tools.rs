@@ -1,14 +1,14 @@
 //! The tools of an assistant, one row each: what it is told about them, and the calls they make.
 
 use super::Robot;
-use crate::cli::controls;
+use crate::cli::{controls, docs};
 use serde_json::{Value, json};
 use std::fmt;
 use std::time::Duration;
+use ts3100_book::book;
 use ts3100_control::MAX_SECONDS;
 use ts3100_controller::Condition;
 use ts3100_controller::controls::{BUTTONS, SWITCHES, Switch};
-use ts3100_controller::findings::Rule;
 use ts3100_proto::words::did_you_mean;
 use ts3100_recording::uri::percent_encoded;
 
@@ -269,14 +269,28 @@ pub(super) const TOOLS: &[Tool] = &[
         run: |robot, _| robot.call("GET", "/findings", None),
     },
     Tool {
-        name: "explain_finding",
-        about: "Explain a rule of the findings: its meaning, the section of the manual, the remedy",
+        name: "explain",
+        about: "Explain a code or a word: a finding, a diagnostic, an alarm, an option, a command of the protocol, a statement",
         arguments: &[required(
-            "rule",
+            "code",
             ArgumentType::Text,
-            "Name of the rule, for example answer-early",
+            "Code, for example answer-early, E0101, 2-046, text.end, RN or MOVEJ",
         )],
-        run: |_, arguments| explain(text(arguments, "rule")),
+        run: |_, arguments| explain(text(arguments, "code")),
+    },
+    Tool {
+        name: "documentation",
+        about: "Read the documentation of the emulator: a page or a section of it in Markdown, or the sections that have certain \
+                words. Without arguments it lists the pages",
+        arguments: &[
+            optional(
+                "topic",
+                ArgumentType::Text,
+                "Page or section, for example reference/scol/motion or alarms#reset",
+            ),
+            optional("search", ArgumentType::Text, "Words to search for"),
+        ],
+        run: |_, arguments| documentation(text(arguments, "topic"), text(arguments, "search")),
     },
     Tool {
         name: "traffic",
@@ -413,20 +427,25 @@ fn controls_and_values() -> String {
     switches.chain(buttons).collect::<Vec<_>>().join(", ")
 }
 
-fn explain(rule: &str) -> Result<Value, ToolError> {
-    let Some(found) = Rule::by_id(rule) else {
-        let known = ts3100_controller::findings::RULES.iter().map(|rule| rule.id);
-        let hint = did_you_mean(rule, known);
-        return Err(wrong("rule", format!("unknown rule `{rule}`{hint}")));
-    };
-    Ok(json!({
-        "rule": found.id,
-        "severity": found.severity.as_str(),
-        "what": found.title,
-        "manual": found.source,
-        "remedy": found.remedy,
-        "docs": ts3100_recording::book::finding(found),
-    }))
+fn explain(code: &str) -> Result<Value, ToolError> {
+    let passages = book().explain(code);
+    if passages.is_empty() {
+        let hint = book().unknown_code_hint(code);
+        return Err(wrong("code", format!("unknown code `{code}`{hint}")));
+    }
+    Ok(passages.iter().map(docs::passage_json).collect())
+}
+
+fn documentation(topic: &str, words: &str) -> Result<Value, ToolError> {
+    if !words.is_empty() {
+        return Ok(docs::search_json(words));
+    }
+    if topic.is_empty() {
+        return Ok(docs::pages_json());
+    }
+    let passage = book().find(topic);
+    let passage = passage.map_err(|error| wrong("topic", error.to_string()))?;
+    Ok(Value::String(passage.text))
 }
 
 fn traffic(robot: &Robot<'_>, arguments: &Value) -> Result<Value, ToolError> {
