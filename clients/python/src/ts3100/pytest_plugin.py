@@ -65,7 +65,7 @@ def pytest_addoption(parser: pytest.Parser) -> None:
 
 def pytest_configure(config: pytest.Config) -> None:
     config.addinivalue_line("markers", f"ts3100({', '.join(f'{key}=...' for key in LIVE + OWN + PLUGIN)}): what the robot of a "
-                            "test is like; see docs/how-to/pytest.md")
+                            "test is like; `ts3100 docs pytest` explains them")
 
 
 class _Test:

@@ -16,6 +16,7 @@ use clap_complete::env::{CompleteEnv, Elvish, EnvCompleter, Fish, Powershell, Sh
 use std::ffi::{OsStr, OsString};
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
+use ts3100_book::{Page, book};
 use ts3100_controller::faults::{COMMON_KEYS, KINDS};
 use ts3100_driver::pc_file::drive_name;
 
@@ -135,6 +136,8 @@ fn with_value(command: &str, argument: Arg) -> Arg {
         Some("select") => selections,
         Some("model") => models,
         None if command == "arm" && name == "spec" => faults,
+        None if command == "docs" && name == "topic" => topics,
+        None if command == "explain" && name == "code" => codes,
         Some(_) | None => {
             let fits = |row: &&(&str, &str, &[&str])| (row.0.is_empty() || row.0 == command) && row.1 == name;
             return match FILES.iter().find(fits) {
@@ -190,6 +193,22 @@ fn models(word: &OsStr) -> Vec<CompletionCandidate> {
     let mut found = beginning(word, shipped);
     found.extend(files(word, &["toml"]));
     found
+}
+
+/// `PAGE`, then `PAGE#SECTION`.
+fn topics(word: &OsStr) -> Vec<CompletionCandidate> {
+    let typed = word.to_string_lossy();
+    let Some((path, _)) = typed.split_once('#') else {
+        let pages = book().pages().iter();
+        return beginning(word, pages.map(|page| (page.path.clone(), page.title.as_str())));
+    };
+    let page = book().find(path).ok().map(|passage| passage.page);
+    let anchors = page.into_iter().flat_map(Page::anchors);
+    beginning(word, anchors.map(|anchor| (format!("{path}#{anchor}"), "")))
+}
+
+fn codes(word: &OsStr) -> Vec<CompletionCandidate> {
+    beginning(word, book().codes().into_iter().map(|code| (code, "")))
 }
 
 /// `KEY=`, then `KEY=VALUE`.
@@ -349,6 +368,9 @@ mod tests {
             ),
             (&["ts3100", "serve", "--select", "DI"], &["DIALOG"]),
             (&["ts3100", "ctl", "faults", "arm", "half"], &["half-open"]),
+            (&["ts3100", "docs", "reference/al"], &["reference/alarms"]),
+            (&["ts3100", "docs", "alarms#alarm-2-04"], &["alarms#alarm-2-046"]),
+            (&["ts3100", "explain", "left-in"], &["left-in-exchange"]),
         ] {
             assert_eq!(values(words), expected, "{words:?}");
         }

@@ -240,6 +240,18 @@ pub(super) fn examples(command: &Command) -> &'static str {
     row.map_or("", |everyday| everyday.example)
 }
 
+/// Where the documentation explains a command, as a command line.
+pub(super) fn documentation(command: &Command) -> String {
+    let name = command.get_display_name().unwrap_or_else(|| command.get_name());
+    let subcommand = name
+        .strip_prefix("ts3100-")
+        .and_then(|words| words.split('-').next());
+    match subcommand {
+        Some(subcommand) => format!("ts3100 docs {}", docs::topic_of(subcommand)),
+        None => "ts3100 docs\nts3100 explain CODE".to_owned(),
+    }
+}
+
 /// The definition with what help shows besides.
 pub(super) fn with_help(program: Command, extent: Extent) -> Command {
     let program = EVERYDAY.iter().fold(program, |program, everyday| {

@@ -77,6 +77,8 @@ fn write_page(command: &Command, page: &mut Vec<u8>) -> io::Result<()> {
     if !examples.is_empty() {
         write!(page, ".SH EXAMPLES\n.nf\n{}\n.fi\n", escaped(examples))?;
     }
+    let documentation = escaped(&help::documentation(command));
+    write!(page, ".SH SEE ALSO\n.nf\n{documentation}\n.fi\n")?;
     match command.get_version() {
         Some(_) => man.render_version_section(page),
         None => Ok(()),
