@@ -109,14 +109,7 @@ def dotnet(binary, folder):
     libraries = ("-r:Ts3100.Client.dll", "-r:Ts3100.Testing.dll")
     compiled("Ts3100.Client.dll", "-target:library", "-doc:Ts3100.Client.xml", "-r:System.Net.Http.dll", sources=["Ts3100.Client/*.cs"])
     compiled("Ts3100.Testing.dll", "-target:library", "-doc:Ts3100.Testing.xml", libraries[0], sources=["Ts3100.Testing/*.cs"])
-    with open(os.path.join(ROOT, "docs", "how-to", "csharp.md"), encoding="utf-8") as page:
-        commands = re.findall(r"^mcs .*$", page.read(), re.MULTILINE)
-    place = os.path.join(folder, "page")
-    os.mkdir(place)
-    os.symlink(CLIENTS, os.path.join(place, "clients"))
-    equal("csharp.md compiles both libraries with Mono", 2, len(commands))
-    for command in commands:
-        succeeds(command.split(" -r:")[0], "bash", "-c", command, cwd=place)
+    pasted("csharp.md", r"mcs .*", 2, os.path.join(folder, "page"))
     compiled("Checks.exe", *libraries, sources=["tests/Checks.cs"])
     compiled("Play.exe", *libraries, sources=["tests/Play.cs"])
     nunit = ("-target:library", "-define:NUNIT2", "-r:nunit.framework.dll", *libraries)
@@ -168,6 +161,23 @@ def cpp(binary, folder):
              os.path.join(source, "checks.cpp"), "-o", os.path.join(folder, "checks.exe"), "-lws2_32", timeout=BUILD_TIMEOUT)
 
 
+def pasted(page, line, count, place, static=None):
+    """The lines of a page that match, in a folder that looks like a clone with a static program of the release."""
+    with open(os.path.join(ROOT, "docs", "how-to", page), encoding="utf-8") as file:
+        lines = re.findall("^(?:%s)$" % line, file.read(), re.MULTILINE)
+    equal("%s has the lines `%s`" % (page, line), count, len(lines))
+    os.mkdir(place)
+    for name in os.listdir(ROOT):
+        if name not in ("target", "dist"):
+            os.symlink(os.path.join(ROOT, name), os.path.join(place, name))
+    if static:
+        programs = os.path.join(place, "target", "x86_64-unknown-linux-musl", "dist")
+        os.makedirs(programs)
+        os.symlink(os.path.abspath(static), os.path.join(programs, "ts3100"))
+    for command in lines:
+        succeeds("pasted: %s" % command.split(" -r:")[0], "bash", "-c", command, cwd=place, timeout=BUILD_TIMEOUT)
+
+
 def npm(binary, folder):
     """The packages of npm, installed in a clean folder."""
     shown("node.md")
@@ -186,6 +196,10 @@ def npm(binary, folder):
                                                  "index.js", "launch.js", "operations.d.ts", "operations.js", "package.json"]), sorted(os.listdir(own)))
     equal("and that of the platform these", sorted(["LICENSE-APACHE", "LICENSE-MIT", "package.json", "ts3100"]),
           sorted(os.listdir(os.path.join(home, "node_modules", "@ts3100", "linux-x64"))))
+    page = os.path.join(folder, "page")
+    pasted("node.md", r"python3 clients/npm/pack\.py .*|npm install --save-dev \./.*", 2, page, binary)
+    said = succeeds("npx ts3100 --version after them", "npx", "--offline", "ts3100", "--version", cwd=page)
+    true("says its version", "ts3100 " in said, said)
     said = succeeds("npx ts3100 --version", "npx", "--offline", "ts3100", "--version", cwd=home)
     true("says its version", said.splitlines()[-1].startswith("ts3100 "), said)
     launcher = os.path.join(home, "node_modules", ".bin", "ts3100")
