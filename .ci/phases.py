@@ -210,6 +210,7 @@ def documents():
     together(book=system("docs/book", "--tools", TOOLS), examples=serving("docs/page_examples"), schemas=serving("docs/json_schemas"),
              completions=serving("packages/completions"))
     run("cargo", "build", "--locked", "--release")
+    run(*system("packages/profiles_agree", TARGET / "release/ts3100", dist()))
     # A panic in it names our functions.
     run("cargo", "run", "--locked", "--release", "-p", "ts3100-tests", "--bin", "backtrace")
     run(*system("docs/readme_session", "--target", TARGET))
@@ -269,7 +270,7 @@ def release():
 
 
 def figures():
-    """kinematics at full scale, instructions of an SU, memory of a robot; in full all bounds beside Lua, CPython and an echo"""
+    """kinematics at full scale, instructions of an SU, memory of a robot; in full all bounds beside Lua, CPython and an echo, and how long builds take"""
     packages("valgrind:valgrind", "lua5.4:lua5.4")
     dist()
     run(TARGET / "dist/kinematics")
@@ -280,6 +281,7 @@ def figures():
     if FORM == "full":
         run(TARGET / "dist/startup", dist(), "10")
         run(*benches, "--check")
+        run(sys.executable, "benches/build_times.py")
     else:
         # A ratio of times depends on the hour, so full holds those; this holds what does not.
         run(*benches, "--fleet", "--check")
