@@ -3,16 +3,21 @@
 use crate::page::{Page, Section, plain};
 use crate::{Book, Passage};
 
-/// What a word counts in the heading of its section, in the title of its page, and at each of a few places in the section.
-const IN_HEADING: usize = 20;
-const IN_TITLE: usize = 8;
-const MAX_PLACES: usize = 5;
+/// What a whole word counts at a place in the section, where the beginning of a longer one counts 1.
+const WHOLE: usize = 2;
+/// What a word counts in the heading of its section, in the title of its page, and at each of a few places in a short section.
+const IN_HEADING: usize = 2_000;
+const IN_TITLE: usize = 800;
+const IN_TEXT: usize = 100;
+const MAX_PLACES: usize = 10;
+/// Bytes of a section in which a place counts half: in a long one a word is nothing special.
+const LONG: usize = 1_000;
 
 /// A section with all words that were searched for.
 #[derive(Debug)]
 pub struct Hit<'a> {
     pub passage: Passage<'a>,
-    /// The first line that has one of the words, without marks.
+    /// The line that has most of the words, without marks.
     pub line: String,
 }
 
@@ -44,8 +49,9 @@ fn rated<'a>(page: &'a Page, section: &'a Section, words: &[String]) -> Option<(
         page.title.to_lowercase(),
     );
     // The words beside each other mean more than the same words apart.
-    let phrase = words.join(" ");
-    let mut score = usize::from(words.len() > 1 && places(&text, &phrase) > 0) * IN_HEADING;
+    let phrases = [words.join(" "), words.join("-")];
+    let has_phrase = |text: &str| words.len() > 1 && phrases.iter().any(|phrase| places(text, phrase) > 0);
+    let mut score = usize::from(has_phrase(&text)) * IN_HEADING;
     for word in words {
         let places = places(&text, word);
         if places == 0 {
@@ -55,11 +61,17 @@ fn rated<'a>(page: &'a Page, section: &'a Section, words: &[String]) -> Option<(
         score += exact
             + usize::from(self::places(&heading, word) > 0) * IN_HEADING
             + usize::from(self::places(&title, word) > 0) * IN_TITLE
-            + places.min(MAX_PLACES);
+            + places.min(MAX_PLACES) * IN_TEXT * LONG / (LONG + own.len());
     }
-    let has_word = |line: &&str| words.iter().any(|word| places(&line.to_lowercase(), word) > 0);
-    let below = own.lines().skip(1).find(has_word).or(own.lines().nth(2));
-    let line = below.map(line_of_text).unwrap_or_default();
+    // The first of the lines that have most of the words.
+    let rate = |line: &str| {
+        let line = line.to_lowercase();
+        let found = words.iter().map(|word| places(&line, word).min(WHOLE));
+        found.sum::<usize>() + usize::from(has_phrase(&line))
+    };
+    let below: Vec<&str> = own.lines().skip(1).filter(|line| !line.is_empty()).collect();
+    let best = below.into_iter().rev().max_by_key(|line| rate(line));
+    let line = best.map(line_of_text).unwrap_or_default();
     let passage = page.section(section);
     Some((score, Hit { passage, line }))
 }
@@ -76,13 +88,13 @@ fn line_of_text(line: &str) -> String {
     }
 }
 
-/// How often a word begins in a text.
+/// How often a word is in a text: [`WHOLE`] for each place, 1 where a longer word begins with it.
 fn places(text: &str, word: &str) -> usize {
     let is_letter = |letter: Option<char>| letter.is_some_and(char::is_alphanumeric);
-    let found = text.match_indices(word);
-    found
-        .filter(|(at, _)| !is_letter(text.get(..*at).and_then(|before| before.chars().next_back())))
-        .count()
+    let begins = |at: usize| !is_letter(text.get(..at).and_then(|before| before.chars().next_back()));
+    let is_whole = |at: usize| !is_letter(text.get(at + word.len()..).and_then(|after| after.chars().next()));
+    let found = text.match_indices(word).filter(|(at, _)| begins(*at));
+    found.map(|(at, _)| if is_whole(at) { WHOLE } else { 1 }).sum()
 }
 
 #[cfg(test)]
@@ -105,6 +117,21 @@ mod tests {
     fn a_hit_shows_a_line_that_has_the_word() {
         let hits = book().search("half-duplex");
         assert!(!hits.is_empty());
-        assert!(hits.iter().any(|hit| hit.line.contains("half-duplex")));
+        assert!(
+            hits.iter()
+                .all(|hit| hit.line.contains("half-duplex") || hit.passage.title.contains("half-duplex"))
+        );
+    }
+
+    #[test]
+    fn whole_words_beside_each_other_come_first() {
+        let hits = book().search("feed hold");
+        let first: Vec<String> = hits.iter().take(5).map(|hit| hit.line.to_lowercase()).collect();
+        assert!(
+            first
+                .iter()
+                .all(|line| line.contains("feed hold") || line.contains("feed-hold")),
+            "{first:?}"
+        );
     }
 }

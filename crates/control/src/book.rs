@@ -46,9 +46,13 @@ struct Search {
 
 /// The first page, or the results of a search.
 async fn first(Query(Search { search }): Query<Search>) -> Response {
-    let layout = Layout::new(0);
-    if !search.trim().is_empty() {
-        return layout.results(&search);
+    let words = search.trim().to_owned();
+    let layout = Layout {
+        words,
+        ..Layout::new(0)
+    };
+    if !layout.words.is_empty() {
+        return layout.results();
     }
     match book().page(FIRST) {
         Some(page) => layout.page(page),
@@ -100,6 +104,8 @@ struct Layout {
     book: &'static Book,
     /// Leads from the page to the beginning of the book.
     root: String,
+    /// What was searched for.
+    words: String,
 }
 
 impl Layout {
@@ -110,7 +116,8 @@ impl Layout {
             depth => "../".repeat(depth),
         };
         let book = book();
-        Layout { book, root }
+        let words = String::new();
+        Layout { book, root, words }
     }
 
     fn page(&self, page: &Page) -> Response {
@@ -130,7 +137,8 @@ impl Layout {
         self.response(StatusCode::OK, &page.title, &page.path, &main)
     }
 
-    fn results(&self, words: &str) -> Response {
+    fn results(&self) -> Response {
+        let words = &self.words;
         let hits = self.book.search(words);
         let count = match hits.len() {
             1 => "1 section".to_owned(),
@@ -192,14 +200,15 @@ impl Layout {
     }
 
     fn response(&self, status: StatusCode, title: &str, path: &str, main: &str) -> Response {
-        let (root, title, contents) = (&self.root, escaped(title), self.contents(path));
+        let (root, words) = (&self.root, escaped(&self.words));
+        let (title, contents) = (escaped(title), self.contents(path));
         let document = format!(
             "<!doctype html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n\
              <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n\
              <meta name=\"color-scheme\" content=\"light dark\">\n<title>{title} - ts3100</title>\n\
              <link rel=\"stylesheet\" href=\"{root}../ui/style.css\">\n<link rel=\"stylesheet\" href=\"{root}../ui/book.css\">\n\
              </head>\n<body>\n<header id=\"top\">\n<h1><a href=\"{root}../\">ts3100</a></h1>\n\
-             <form role=\"search\" action=\"{root}\"><input type=\"search\" name=\"search\" aria-label=\"Search\" required> \
+             <form role=\"search\" action=\"{root}\"><input type=\"search\" name=\"search\" aria-label=\"Search\" value=\"{words}\" required> \
              <button>Search</button></form>\n<a href=\"{root}\">Documentation</a> <a href=\"{root}../docs\">Calls</a>\n</header>\n\
              <main>\n{main}</main>\n<nav aria-label=\"Pages\">\n{contents}</nav>\n</body>\n</html>\n"
         );

@@ -26,6 +26,11 @@ function set(element, properties) {
   }
 }
 
+/** The text as a link to the page that explains the code. */
+export function explained(code, text = code) {
+  return make("a", {href: "book/explain/" + encodeURIComponent(code), target: "_blank"}, text);
+}
+
 /** Sets the text if it is another one: what has not changed is not laid out again. */
 export function say(element, text) {
   if (element.textContent !== text) element.textContent = text;

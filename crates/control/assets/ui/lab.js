@@ -1,6 +1,6 @@
 // The lab: what nobody can do to a real robot. The clock, faults on purpose, snapshots, a scenario, and what hosts have reached.
 
-import {make, button, fixed, list, mark, say} from "./dom.js";
+import {make, button, explained, fixed, list, mark, say} from "./dom.js";
 import {choice} from "./panel.js";
 
 const LOOK = 1000;          // between two readings of the scenario and of the coverage, in ms
@@ -291,7 +291,7 @@ function makeFindings(robot) {
       }
       none.hidden = found.some(one => !one["caused-by"]);
       list(rows, [...rules.values()].slice(0, FINDINGS), one => one.key,
-        one => make("li", {"data-severity": one.severity}, make("strong", {}, one.rule), make("span", {}), make("p", {}), make("p", {class: "hint"})), (row, one) => {
+        one => make("li", {"data-severity": one.severity}, make("strong", {}, explained(one.rule)), make("span", {}), make("p", {}), make("p", {class: "hint"})), (row, one) => {
           say(row.children[1], one.severity + ", " + one.count + (one.count === 1 ? " time" : " times") + ", last at " + fixed(one.t, 3) + " s" + (one["caused-by"] ? ", caused-by: " + one["caused-by"] : ""));
           say(row.children[2], one.message);
           say(row.children[3], one.remedy + " (" + one.source + ")");

@@ -1,6 +1,6 @@
 // The operator panel: the key switch, the buttons and the lamps of the cabinet. What a call refuses stands beside its button.
 
-import {make, button, list, mark, say} from "./dom.js";
+import {make, button, explained, list, mark, say} from "./dom.js";
 
 /** Several of which one is on: `[word, label]`. */
 export function choice(label, words, call) {
@@ -38,7 +38,7 @@ function override(robot) {
 }
 
 function alarm(item) {
-  return make("li", {}, make("strong", {}, item.number + " " + item.text), make("p", {}, item.cause), make("p", {}, "Remedy: " + item.remedy));
+  return make("li", {}, make("strong", {}, explained(item.number, item.number + " " + item.text)), make("p", {}, item.cause), make("p", {}, "Remedy: " + item.remedy));
 }
 
 export function create(robot) {

@@ -1,7 +1,7 @@
 // The program: its source with the lines that are executed and analysed, breakpoints, diagnostics, tasks and variables; an
 // editor; and the files of the RAM drive, with files that are dropped on the page.
 
-import {make, button, list, mark, say} from "./dom.js";
+import {make, button, explained, list, mark, say} from "./dom.js";
 
 const LINES = 3000;            // lines that are shown
 const COLOURED = 200_000;      // characters of a file that is coloured
@@ -48,7 +48,7 @@ async function check(robot, body) {
 }
 
 function diagnostic(found) {
-  return [make("strong", {}, found.severity + " " + found.code), " line " + found.line + ", column " + found.column + ": " + found.message
+  return [make("strong", {}, explained(found.code, found.severity + " " + found.code)), " line " + found.line + ", column " + found.column + ": " + found.message
     + (found.help ? "; " + found.help : "")];
 }
 

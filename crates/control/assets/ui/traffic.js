@@ -4,7 +4,7 @@
 // common bar. All rows have the same height, so that only those in sight are in the page. New events are taken once a
 // frame. While the view is hidden or paused nothing is kept: it is built again from the events of `robot`.
 
-import {make, say, mark, button} from "./dom.js";
+import {make, say, mark, button, explained} from "./dom.js";
 
 const ROWS = 2000;          // rows kept
 const GROUP_ROWS = 100;     // rows kept for the file of one exchange: a download may have thousands
@@ -466,7 +466,7 @@ export function create(robot) {
 
   /** A finding with what to do about it. */
   function advice(found) {
-    return make("li", {class: found.event.severity}, make("strong", {}, found.event.severity + ": " + found.letters), make("p", {}, found.text),
+    return make("li", {class: found.event.severity}, make("strong", {}, explained(found.letters, found.event.severity + ": " + found.letters)), make("p", {}, found.text),
       make("p", {}, cause(found) || "Remedy: " + found.event.remedy), make("p", {class: "source"}, "Manual, section " + found.event.source));
   }
 
