@@ -24,6 +24,9 @@ use std::sync::LazyLock;
 /// The pages, compressed by the build script.
 const ARCHIVE: &[u8] = include_bytes!(concat!(env!("OUT_DIR"), "/book.gz"));
 
+/// Where the control interface explains codes.
+const EXPLAINED: &str = "/book/explain/";
+
 static BOOK: LazyLock<Book> = LazyLock::new(Book::unpacked);
 
 /// The book, unpacked at its first use.
@@ -38,7 +41,13 @@ pub fn explain_command(code: &str) -> String {
 
 /// The path that explains a code at the control interface of every emulator.
 pub fn explain_path(code: &str) -> String {
-    format!("/book/explain/{code}")
+    format!("{EXPLAINED}{code}")
+}
+
+/// The command line for a path that [`explain_path`] made; `None` for another path.
+pub fn command_of_path(path: &str) -> Option<String> {
+    let code = path.strip_prefix(EXPLAINED)?;
+    Some(explain_command(code))
 }
 
 /// The pages in the order of the summary.

@@ -3,6 +3,7 @@
 //! With `--json` the documents are printed as they came; only [`metrics`], which are not JSON, are converted here.
 
 use serde_json::{Map, Value};
+use ts3100_book::command_of_path;
 use ts3100_proto::status::pr::three_decimals;
 
 /// Columns a list of plain values may take before it is broken.
@@ -123,7 +124,8 @@ pub fn format_event(kind: &str, event: &Value) -> String {
 #[allow(clippy::wildcard_enum_match_arm, reason = "an enum of a library")]
 fn plain(value: &Value) -> String {
     match value {
-        Value::String(text) => text.clone(),
+        // A path of the interface is for programs and browsers.
+        Value::String(text) => command_of_path(text).unwrap_or_else(|| text.clone()),
         Value::Number(number) => match number.as_f64() {
             Some(value) if number.is_f64() => decimal(value),
             _ => number.to_string(),
@@ -201,6 +203,7 @@ fn write(text: &mut String, value: &Value, depth: usize) {
 mod tests {
     use super::*;
     use serde_json::json;
+    use ts3100_book::explain_path;
 
     #[test]
     fn documents_are_names_and_values() {
@@ -211,6 +214,8 @@ mod tests {
         let expected = "joints: 0.000 10.000 0.000\np: 0.0001\nn: 5\nt: 1.500\n";
         assert_eq!(format_document(&answer), expected);
         assert_eq!(file_text(&json!({"text": "A\n"})), "A\n");
+        let answer = json!({"docs": explain_path("8-014")});
+        assert_eq!(format_document(&answer), "docs: ts3100 explain 8-014\n");
         let answer = json!({"lines": ["IP0 LISTEN", "IP1"], "names": ["A", "B"]});
         let expected = "lines:\n  - IP0 LISTEN\n  - IP1\nnames: A B\n";
         assert_eq!(format_document(&answer), expected);
