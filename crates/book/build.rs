@@ -1,10 +1,13 @@
-//! Packs the pages of the book into one compressed file: the summary first, then its pages in their order.
+//! Packs the pages of the book into one compressed file: the summary first, then its pages in their order, as Markdown and as HTML.
 //!
-//! Each begins with a line of a form feed and its path. Comments, which only the tests of the pages read, are left out. In a
+//! The Markdown is parsed here, because the tables of a parser would make the program larger by more than the HTML does.
+//! Each file begins with a line of a form feed and its path; after each of its sections in Markdown follows the same in HTML, which compresses
+//! well so; vertical tabs part them. Comments, which only the tests of the pages read, are left out. In a
 //! package of this crate the pages are in `pages`, where `packaging/crates.py` puts them; in the repository they are in `docs`.
 
 use flate2::Compression;
 use flate2::write::GzEncoder;
+use pulldown_cmark::{CowStr, Event, Options, Parser, Tag, TagEnd, html};
 use std::error::Error;
 use std::fs::{self, File};
 use std::io::Write as _;
@@ -27,13 +30,110 @@ fn main() -> Result<(), Box<dyn Error>> {
         let path = folder.join(name);
         println!("cargo::rerun-if-changed={}", path.display());
         let text = fs::read_to_string(&path).map_err(|error| format!("{}: {error}", path.display()))?;
-        archive += &format!("\x0c{name}\n{}", without_comments(&text));
+        let text = without_comments(&text);
+        let html = if name == SUMMARY {
+            String::new()
+        } else {
+            html_of(name, &text)
+        };
+        archive += &format!("\x0c{name}\n");
+        let texts = sections(&text, text_headings(&text));
+        let forms = sections(&html, html_headings(&html));
+        if name != SUMMARY && texts.len() != forms.len() {
+            return Err(format!("{name}: {} sections, {} in HTML", texts.len(), forms.len()).into());
+        }
+        let mut forms = forms.into_iter();
+        for text in texts {
+            archive += &format!("{text}\x0b{}\x0b", forms.next().unwrap_or_default());
+        }
     }
     let output = Path::new(&std::env::var("OUT_DIR")?).join("book.gz");
     let mut encoder = GzEncoder::new(File::create(output)?, Compression::best());
     encoder.write_all(archive.as_bytes())?;
     encoder.finish()?;
     Ok(())
+}
+
+/// Where headings begin in Markdown.
+fn text_headings(text: &str) -> Vec<usize> {
+    let (mut in_block, mut at) = (false, 0);
+    let mut found = Vec::new();
+    for line in text.split_inclusive('\n') {
+        in_block ^= line.trim_start().starts_with("```");
+        if !in_block && line.starts_with('#') {
+            found.push(at);
+        }
+        at += line.len();
+    }
+    found
+}
+
+/// Where headings begin in HTML.
+fn html_headings(html: &str) -> Vec<usize> {
+    let is_heading = |at: &usize| html.as_bytes().get(at + 2).is_some_and(u8::is_ascii_digit);
+    let found = html.match_indices("<h").map(|(at, _)| at);
+    found.filter(is_heading).collect()
+}
+
+/// What is before the first of these places, and what is from each to the next.
+fn sections(text: &str, places: Vec<usize>) -> Vec<&str> {
+    let ends = places.iter().copied().chain([text.len()]);
+    let begins = std::iter::once(0).chain(places.iter().copied());
+    begins
+        .zip(ends)
+        .filter_map(|(begin, end)| text.get(begin..end))
+        .collect()
+}
+
+/// The page as HTML. A link to a page of the book has the address `book:PATH#ANCHOR`; one to another file of the repository is
+/// left out.
+fn html_of(name: &str, text: &str) -> String {
+    let mut is_link = Vec::new();
+    let events = Parser::new_ext(text, Options::ENABLE_TABLES).filter_map(|event| match event {
+        Event::Start(Tag::Link {
+            link_type,
+            dest_url,
+            title,
+            id,
+        }) => {
+            let address = address(name, &dest_url);
+            is_link.push(address.is_some());
+            let dest_url = CowStr::from(address?);
+            Some(Event::Start(Tag::Link {
+                link_type,
+                dest_url,
+                title,
+                id,
+            }))
+        }
+        Event::End(TagEnd::Link) => is_link.pop().unwrap_or(false).then_some(event),
+        event => Some(event),
+    });
+    let mut text = String::new();
+    html::push_html(&mut text, events);
+    text
+}
+
+/// Where a link on a page leads.
+fn address(page: &str, link: &str) -> Option<String> {
+    if link.contains("://") {
+        return Some(link.to_owned());
+    }
+    let (path, anchor) = link.split_at(link.find('#').unwrap_or(link.len()));
+    if path.is_empty() {
+        return Some(format!("book:{}{anchor}", page.strip_suffix(".md")?));
+    }
+    let mut parts: Vec<&str> = page.split('/').collect();
+    parts.pop();
+    for part in path.split('/') {
+        match part {
+            ".." => drop(parts.pop()),
+            "." => {}
+            part => parts.push(part),
+        }
+    }
+    let path = parts.join("/");
+    Some(format!("book:{}{anchor}", path.strip_suffix(".md")?))
 }
 
 /// The page without the lines outside of code blocks that are comments.

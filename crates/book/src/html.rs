@@ -1,101 +1,26 @@
-//! Passages as HTML, with links that lead to the pages that an emulator serves.
+//! Passages as HTML, with links that lead to the pages that an emulator serves. The build script has made it of the Markdown.
 
-use crate::{Book, Page, Passage};
-use pulldown_cmark::{CowStr, Event, Options, Parser, Tag, TagEnd, html};
+use crate::Passage;
+use crate::page::headings;
 
-/// Markdown as the pages use it.
-pub(crate) fn parsed(markdown: &str) -> Parser<'_> {
-    Parser::new_ext(markdown, Options::ENABLE_TABLES)
-}
-
-/// Where a link leads.
-#[derive(Debug, PartialEq, Eq)]
-pub(crate) enum Target {
-    /// An address outside of the book.
-    Outside(String),
-    /// A page of the book, with `#` and the anchor if it has one.
-    Topic(String),
-    /// A file of the repository.
-    File,
-}
-
-impl Book {
-    /// Where a link on a page leads.
-    pub(crate) fn target(&self, page: &Page, link: &str) -> Target {
-        if link.contains("://") || link.starts_with("mailto:") {
-            return Target::Outside(link.to_owned());
-        }
-        let (path, anchor) = link.split_at(link.find('#').unwrap_or(link.len()));
-        if path.is_empty() {
-            return Target::Topic(format!("{}{anchor}", page.path));
-        }
-        let mut parts: Vec<&str> = page.path.split('/').collect();
-        parts.pop();
-        for part in path.split('/') {
-            match part {
-                ".." => drop(parts.pop()),
-                "." => {}
-                part => parts.push(part),
-            }
-        }
-        let path = parts.join("/");
-        let page = path.strip_suffix(".md").and_then(|path| self.page(path));
-        page.map_or(Target::File, |page| {
-            Target::Topic(format!("{}{anchor}", page.path))
-        })
-    }
-}
+/// What the address of a page of the book begins with in the HTML of the build script.
+pub(crate) const IN_BOOK: &str = "book:";
 
 impl Passage<'_> {
-    /// The passage as HTML. `root` leads from where it is served to the beginning of the book: empty, or `../` for each folder.
-    pub fn html(&self, book: &Book, root: &str) -> String {
-        let begin = self.page.text.find(&self.text).unwrap_or(0);
-        let sections = self.page.sections.iter();
-        let mut anchors = sections.filter(|section| section.whole.start >= begin);
-        let mut is_link = Vec::new();
-        let events = parsed(&self.text).filter_map(|event| match event {
-            Event::Start(Tag::Heading {
-                level,
-                classes,
-                attrs,
-                ..
-            }) => {
-                let id = anchors.next().map(|section| CowStr::from(section.anchor.clone()));
-                Some(Event::Start(Tag::Heading {
-                    level,
-                    id,
-                    classes,
-                    attrs,
-                }))
-            }
-            Event::Start(Tag::Link {
-                link_type,
-                dest_url,
-                title,
-                id,
-            }) => {
-                let address = match book.target(self.page, &dest_url) {
-                    Target::Outside(address) => Some(address),
-                    Target::Topic(topic) => Some(format!("{root}{topic}")),
-                    Target::File => None,
-                };
-                is_link.push(address.is_some());
-                address.map(|address| {
-                    let dest_url = CowStr::from(address);
-                    Event::Start(Tag::Link {
-                        link_type,
-                        dest_url,
-                        title,
-                        id,
-                    })
-                })
-            }
-            Event::End(TagEnd::Link) => is_link.pop().unwrap_or(false).then_some(event),
-            event => Some(event),
-        });
+    /// The passage as HTML. `root` leads from where it is served to the beginning of the book: `./`, or `../` for each folder.
+    pub fn html(&self, root: &str) -> String {
         let mut text = String::new();
-        html::push_html(&mut text, events);
-        text
+        let mut from = 0;
+        let sections = self.page.sections.iter().skip(self.first);
+        for (at, section) in headings(&self.html).zip(sections) {
+            // After `<h` and its digit.
+            let at = at + 3;
+            text += self.html.get(from..at).unwrap_or_default();
+            text += &format!(" id=\"{}\"", section.anchor);
+            from = at;
+        }
+        text += self.html.get(from..).unwrap_or_default();
+        text.replace(&format!("href=\"{IN_BOOK}"), &format!("href=\"{root}"))
     }
 }
 
@@ -109,49 +34,67 @@ pub fn escaped(text: &str) -> String {
 
 #[cfg(test)]
 mod tests {
-    use super::*;
     use crate::book;
+    use crate::page::headings;
 
-    /// Every link of the book leads to a page and a section that exist, to another site, or to a schema or table beside the pages.
+    /// Every link of the book leads to a page and a section that exist, or to another site.
     #[test]
     fn every_link_of_the_book_leads_somewhere() {
         let mut count = 0;
         for page in book().pages() {
-            for event in parsed(&page.text) {
-                let Event::Start(Tag::Link { dest_url, .. }) = event else {
-                    continue;
-                };
+            let html = page.passage().html("book:");
+            for link in html
+                .split("href=\"")
+                .skip(1)
+                .filter_map(|rest| rest.split('"').next())
+            {
                 count += 1;
-                match book().target(page, &dest_url) {
-                    Target::Outside(address) => assert!(address.starts_with("http"), "{address}"),
-                    Target::Topic(topic) => {
-                        let found = book().find(&topic);
-                        assert!(found.is_ok(), "{}: {dest_url}", page.path);
-                    }
-                    Target::File => assert!(dest_url.ends_with(".json"), "{}: {dest_url}", page.path),
+                match link.strip_prefix("book:") {
+                    Some(topic) => assert!(book().find(topic).is_ok(), "{}: {link}", page.path),
+                    None => assert!(link.starts_with("http"), "{}: {link}", page.path),
                 }
             }
         }
         assert!(count > 500, "{count}");
     }
 
+    /// The outline by lines and the HTML have the same headings and the same rows.
+    #[test]
+    fn lines_and_html_agree() {
+        for page in book().pages() {
+            let passage = page.passage();
+            assert_eq!(
+                headings(&passage.html).count(),
+                page.sections.len(),
+                "{}",
+                page.path
+            );
+            let rows = passage.html.matches("<tr><td").count();
+            assert_eq!(rows, page.rows.len(), "{}", page.path);
+            if let Some(row) = page.rows.last() {
+                assert_eq!(page.row(row).html.matches("<tr><td").count(), 1, "{}", page.path);
+            }
+        }
+    }
+
     #[test]
     fn links_are_relative_to_the_book_and_headings_have_their_anchors() {
         let page = book().page("reference/alarms").unwrap();
-        let html = page.passage().html(book(), "../");
+        let html = page.passage().html("../");
         assert!(html.contains("<h3 id=\"alarm-2-046\">"), "{html}");
         assert!(html.contains("href=\"../reference/protocol/status\""), "{html}");
         assert!(
             html.contains("href=\"../reference/alarms#alarm-8-002\""),
             "{html}"
         );
-        let section = page.at("alarm-2-046").unwrap().html(book(), "");
+        let section = page.at("alarm-2-046").unwrap().html("");
         assert!(section.starts_with("<h3 id=\"alarm-2-046\">"), "{section}");
-        let files = book()
-            .page("reference/controls")
-            .unwrap()
-            .passage()
-            .html(book(), "");
+        assert_eq!(
+            headings(&page.at("alarm-2-046").unwrap().html).count(),
+            1,
+            "{section}"
+        );
+        let files = book().page("reference/controls").unwrap().passage().html("");
         assert!(
             files.contains("controls.json") && !files.contains(".json\""),
             "{files}"

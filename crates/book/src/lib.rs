@@ -65,6 +65,10 @@ pub struct Passage<'a> {
     pub title: &'a str,
     /// Its Markdown.
     pub text: String,
+    /// Its HTML, with the addresses of the build script and without anchors of headings.
+    html: String,
+    /// Its first section by its position on the page.
+    first: usize,
 }
 
 impl Passage<'_> {
@@ -85,9 +89,10 @@ impl Book {
         let mut files = archive.split('\x0c').filter_map(|file| file.split_once('\n'));
         let summary = files.next().map_or("", |(_, summary)| summary);
         let entries = page::entries(summary);
-        let pages = entries
-            .zip(files)
-            .map(|(entry, (_, text))| Page::new(&entry, text));
+        let pages = entries.zip(files).map(|(entry, (_, forms))| {
+            let form = |first| forms.split('\x0b').skip(first).step_by(2).collect::<String>();
+            Page::new(&entry, &form(0), &form(1))
+        });
         Book {
             pages: pages.collect(),
         }

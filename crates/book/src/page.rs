@@ -46,6 +46,7 @@ pub struct Page {
     pub depth: usize,
     /// The Markdown.
     pub text: String,
+    html: String,
     pub(crate) sections: Vec<Section>,
     pub(crate) rows: Vec<Row>,
 }
@@ -83,19 +84,22 @@ pub(crate) struct Row {
     pub(crate) section: Option<usize>,
     /// Anchors that it has in HTML.
     pub(crate) ids: Vec<String>,
+    /// Position among the rows of the page.
+    number: usize,
     /// The heading of the table with its ruler.
     head: Range<usize>,
     line: Range<usize>,
 }
 
 impl Page {
-    pub(crate) fn new(entry: &Entry<'_>, text: &str) -> Page {
+    pub(crate) fn new(entry: &Entry<'_>, text: &str, html: &str) -> Page {
         let mut page = Page {
             path: entry.path.to_owned(),
             title: entry.title.to_owned(),
             part: entry.part.to_owned(),
             depth: entry.depth,
             text: text.to_owned(),
+            html: html.to_owned(),
             sections: Vec::new(),
             rows: Vec::new(),
         };
@@ -144,6 +148,7 @@ impl Page {
                     (Some(head), _) => self.rows.push(Row {
                         section: self.sections.len().checked_sub(1),
                         ids: anchors(line).collect(),
+                        number: self.rows.len(),
                         head: head.clone(),
                         line: range.clone(),
                     }),
@@ -185,6 +190,8 @@ impl Page {
             anchor: None,
             title: &self.title,
             text: self.text.clone(),
+            html: self.html.clone(),
+            first: 0,
         }
     }
 
@@ -212,7 +219,47 @@ impl Page {
             anchor: Some(&section.anchor),
             title: &section.heading,
             text: self.slice(&section.whole).trim_end().to_owned() + "\n",
+            html: self.html_of(section).to_owned(),
+            first: self.place(section),
         }
+    }
+
+    /// Position of a section on the page.
+    fn place(&self, section: &Section) -> usize {
+        let before = |other: &&Section| other.whole.start < section.whole.start;
+        self.sections.iter().filter(before).count()
+    }
+
+    /// The HTML from the heading of a section to the next heading that ends it.
+    fn html_of(&self, section: &Section) -> &str {
+        let first = self.place(section);
+        let ends = |other: &Section| other.level <= section.level;
+        let after = self.sections.iter().skip(first + 1).position(ends);
+        let headings: Vec<usize> = headings(&self.html).collect();
+        let begin = headings.get(first).copied().unwrap_or(0);
+        let end = after.and_then(|after| headings.get(first + 1 + after)).copied();
+        self.html
+            .get(begin..end.unwrap_or(self.html.len()))
+            .unwrap_or_default()
+    }
+
+    /// A table of a row alone.
+    fn html_of_row(&self, row: &Row) -> String {
+        const BODY: &str = "<tbody>";
+        let mut tables = self.html.split("<table>").skip(1);
+        let mut left = row.number;
+        let found = tables.find_map(|table| {
+            let (head, body) = table.split_once(BODY)?;
+            let rows: Vec<&str> = body.split("</tbody>").next()?.split("<tr>").skip(1).collect();
+            let row = rows
+                .get(left)
+                .map(|row| format!("<table>{head}{BODY}\n<tr>{row}</tbody></table>\n"));
+            if row.is_none() {
+                left -= rows.len();
+            }
+            row
+        });
+        found.unwrap_or_default()
     }
 
     /// The row as a table of its own.
@@ -223,6 +270,8 @@ impl Page {
             anchor: section.map(|section| section.anchor.as_str()),
             title: section.map_or(&self.title, |section| &section.heading),
             text: format!("{}{}", self.slice(&row.head), self.slice(&row.line)),
+            html: self.html_of_row(row),
+            first: self.sections.len(),
         }
     }
 
@@ -233,6 +282,13 @@ impl Page {
     pub(crate) fn slice(&self, range: &Range<usize>) -> &str {
         self.text.get(range.clone()).unwrap_or_default()
     }
+}
+
+/// Where headings begin in HTML.
+pub(crate) fn headings(html: &str) -> impl Iterator<Item = usize> {
+    let is_heading = |at: &usize| html.as_bytes().get(at + 2).is_some_and(u8::is_ascii_digit);
+    let found = html.match_indices("<h").map(|(at, _)| at);
+    found.filter(is_heading)
 }
 
 /// Level and words of a line that is a heading.
@@ -308,7 +364,7 @@ mod tests {
 
     fn page() -> Page {
         let entry = entries("# Summary\n\n# Part\n\n- [P](a/b.md)\n").next().unwrap();
-        Page::new(&entry, TEXT)
+        Page::new(&entry, TEXT, "")
     }
 
     #[test]

@@ -1,10 +1,9 @@
-//! Passages for a terminal: Markdown with wrapped lines and with tables in columns.
+//! Passages for a terminal: lines that are wrapped, and tables in columns, made of the HTML.
 //!
 //! A table that does not fit becomes a list, one line a cell. Widths are counted in characters.
 
-use crate::html::{Target, parsed};
-use crate::{Book, Passage};
-use pulldown_cmark::{Event, HeadingLevel, Tag, TagEnd};
+use crate::Passage;
+use crate::html::IN_BOOK;
 
 /// Begin and end of emphasis, of code and of their absence, as a terminal takes them.
 #[derive(Debug, Clone, Copy)]
@@ -33,9 +32,7 @@ struct List {
     next: Option<u64>,
 }
 
-struct Layout<'a> {
-    book: &'a Book,
-    passage: &'a Passage<'a>,
+struct Layout {
     width: usize,
     /// Whether code keeps its backquotes.
     quotes: bool,
@@ -54,10 +51,8 @@ struct Layout<'a> {
 
 impl Passage<'_> {
     /// The passage in lines of at most this width, as far as code allows.
-    pub fn terminal(&self, book: &Book, width: usize, styles: &Styles) -> String {
+    pub fn terminal(&self, width: usize, styles: &Styles) -> String {
         let mut layout = Layout {
-            book,
-            passage: self,
             width: width.max(40),
             quotes: styles.code[0] == "`",
             out: String::new(),
@@ -69,8 +64,12 @@ impl Passage<'_> {
             table: Vec::new(),
             in_table: false,
         };
-        for event in parsed(&self.text) {
-            layout.event(event);
+        let mut rest = self.html.as_str();
+        while let Some((text, more)) = rest.split_once('<') {
+            layout.text(&unescaped(text));
+            let (tag, after) = more.split_once('>').unwrap_or((more, ""));
+            layout.tag(tag);
+            rest = after;
         }
         let text = layout.out.trim_end().to_owned() + "\n";
         let marks = BOLD.into_iter().zip(styles.bold);
@@ -84,115 +83,123 @@ impl Passage<'_> {
     }
 }
 
-impl Layout<'_> {
-    #[allow(clippy::wildcard_enum_match_arm, reason = "an enum of a library")]
-    fn event(&mut self, event: Event<'_>) {
-        match event {
-            Event::Start(tag) => self.start(tag),
-            Event::End(tag) => self.end(tag),
-            Event::Text(text) if self.in_code => {
-                let indent = " ".repeat(self.indent() + 4);
-                for line in text.lines() {
-                    self.out += &format!("{indent}{line}\n").replace(&format!("{indent}\n"), "\n");
-                }
+impl Layout {
+    fn text(&mut self, text: &str) {
+        if self.in_code {
+            let indent = " ".repeat(self.indent() + 4);
+            for line in text.lines() {
+                self.out += &format!("{indent}{line}\n").replace(&format!("{indent}\n"), "\n");
             }
-            Event::Text(text) => self.text += &text,
-            Event::Code(code) => {
-                let quote = if self.quotes { "`" } else { "" };
-                self.text += &format!("{}{quote}{code}{quote}{}", CODE[0], CODE[1]);
-            }
-            Event::SoftBreak => self.text.push(' '),
-            Event::HardBreak => self.text.push('\n'),
-            Event::Rule => self.out += "---\n\n",
-            _ => {}
+        } else {
+            // Lines of the source are words of one paragraph.
+            self.text += &text.replace('\n', " ");
         }
     }
 
-    #[allow(clippy::wildcard_enum_match_arm, reason = "an enum of a library")]
-    fn start(&mut self, tag: Tag<'_>) {
-        match tag {
-            Tag::Heading { level, .. } => self.text = format!("{}{} ", BOLD[0], "#".repeat(rank(level))),
-            Tag::Strong => self.text.push(BOLD[0]),
-            Tag::CodeBlock(_) => {
+    /// A tag without its brackets.
+    fn tag(&mut self, tag: &str) {
+        let (name, attributes) = tag.split_once(' ').unwrap_or((tag, ""));
+        let quote = if self.quotes { "`" } else { "" };
+        match name {
+            "h1" | "h2" | "h3" | "h4" | "h5" | "h6" => {
+                let level = name.trim_start_matches('h').parse().unwrap_or(1);
+                self.text = format!("{}{} ", BOLD[0], "#".repeat(level));
+            }
+            "/h1" | "/h2" | "/h3" | "/h4" | "/h5" | "/h6" => {
+                self.text.push(BOLD[1]);
+                self.end_block();
+            }
+            "p" => self.flush(),
+            "/p" => self.end_block(),
+            "strong" => self.text.push(BOLD[0]),
+            "/strong" => self.text.push(BOLD[1]),
+            "pre" => {
                 self.flush();
                 self.in_code = true;
             }
-            Tag::List(next) => {
-                self.flush();
-                self.lists.push(List { next });
-            }
-            Tag::Item => {
-                self.mark = match self.lists.last_mut() {
-                    Some(List { next: Some(number) }) => {
-                        *number += 1;
-                        format!("{}. ", *number - 1)
-                    }
-                    _ => "- ".to_owned(),
-                }
-            }
-            Tag::Table(_) => {
-                self.flush();
-                self.table.clear();
-                self.in_table = true;
-            }
-            Tag::TableHead | Tag::TableRow => self.table.push(Vec::new()),
-            Tag::Link { dest_url, .. } => {
-                self.after_link = match self.book.target(self.passage.page, &dest_url) {
-                    Target::Outside(address) => format!(" <{address}>"),
-                    // In a table the words have to do, as they have for a section that has them as its name.
-                    Target::Topic(topic) if !self.in_table && !dest_url.contains('#') => {
-                        format!(" ({topic})")
-                    }
-                    Target::Topic(_) | Target::File => String::new(),
-                };
-            }
-            _ => {}
-        }
-    }
-
-    #[allow(clippy::wildcard_enum_match_arm, reason = "an enum of a library")]
-    fn end(&mut self, tag: TagEnd) {
-        match tag {
-            TagEnd::Heading(_) => {
-                self.text.push(BOLD[1]);
-                self.flush();
-                self.out.push('\n');
-            }
-            TagEnd::Paragraph => {
-                self.flush();
-                self.out.push('\n');
-            }
-            TagEnd::Strong => self.text.push(BOLD[1]),
-            TagEnd::CodeBlock => {
+            "/pre" => {
                 self.in_code = false;
                 self.out.push('\n');
             }
-            TagEnd::Item => self.flush(),
-            TagEnd::List(_) => {
+            "code" if !self.in_code => self.text += &format!("{}{quote}", CODE[0]),
+            "/code" if !self.in_code => self.text += &format!("{quote}{}", CODE[1]),
+            "br" => self.text.push('\n'),
+            "hr" => self.out += "---\n\n",
+            "ul" | "ol" => {
+                self.flush();
+                let first = attributes.trim_start_matches("start=").trim_matches('"');
+                let next = (name == "ol").then(|| first.parse().unwrap_or(1));
+                self.lists.push(List { next });
+            }
+            "/ul" | "/ol" => {
                 self.lists.pop();
                 if !self.out.ends_with("\n\n") {
                     self.out.push('\n');
                 }
             }
-            TagEnd::Link => {
-                let address = std::mem::take(&mut self.after_link);
-                if !self.text.ends_with(address.trim_matches([' ', '<', '>'])) || address.is_empty() {
-                    self.text += &address;
-                }
+            "li" => self.begin_item(),
+            "/li" => self.flush(),
+            "table" => {
+                self.flush();
+                self.in_table = true;
             }
-            TagEnd::TableCell => {
+            "thead" | "tr" => self.table.push(Vec::new()),
+            "th" | "td" => self.text.clear(),
+            "/th" | "/td" => {
                 let cell = std::mem::take(&mut self.text);
                 if let Some(row) = self.table.last_mut() {
                     row.push(cell);
                 }
             }
-            TagEnd::Table => {
+            "/table" => {
                 self.in_table = false;
-                let rows = std::mem::take(&mut self.table);
+                self.text.clear();
+                let mut rows = std::mem::take(&mut self.table);
+                rows.retain(|row| !row.is_empty());
                 self.out += &table(&rows, self.width, self.indent());
                 self.out.push('\n');
             }
+            "a" => self.after_link = self.beside(attributes),
+            "/a" => {
+                let address = std::mem::take(&mut self.after_link);
+                if address.is_empty() || !self.text.ends_with(address.trim_matches([' ', '<', '>'])) {
+                    self.text += &address;
+                }
+            }
             _ => {}
+        }
+    }
+
+    /// Writes the open paragraph, and an empty line after it.
+    fn end_block(&mut self) {
+        if !self.text.trim().is_empty() {
+            self.flush();
+            self.out.push('\n');
+        }
+    }
+
+    fn begin_item(&mut self) {
+        self.text.clear();
+        self.mark = match self.lists.last_mut() {
+            Some(List { next: Some(number) }) => {
+                *number += 1;
+                format!("{}. ", *number - 1)
+            }
+            _ => "- ".to_owned(),
+        }
+    }
+
+    /// What is shown after the words of a link: a page, or an address outside. In a table the words have to do, as they have
+    /// for a section, whose name they are.
+    fn beside(&self, attributes: &str) -> String {
+        let Some(address) = attributes.strip_prefix("href=\"") else {
+            return String::new();
+        };
+        let address = address.split('"').next().unwrap_or_default();
+        match address.strip_prefix(IN_BOOK) {
+            Some(topic) if self.in_table || topic.contains('#') => String::new(),
+            Some(topic) => format!(" ({topic})"),
+            None => format!(" <{}>", unescaped(address)),
         }
     }
 
@@ -221,9 +228,12 @@ impl Layout<'_> {
     }
 }
 
-/// The number of a level.
-fn rank(level: HeadingLevel) -> usize {
-    level as usize
+/// Text of HTML as it is.
+fn unescaped(text: &str) -> String {
+    text.replace("&lt;", "<")
+        .replace("&gt;", ">")
+        .replace("&quot;", "\"")
+        .replace("&amp;", "&")
 }
 
 /// Characters that a terminal shows of a text.
@@ -347,34 +357,49 @@ mod tests {
     use super::*;
     use crate::book;
 
-    fn shown(markdown: &str, width: usize, styles: &Styles) -> String {
+    fn shown(html: &str, width: usize, styles: &Styles) -> String {
         let page = book().page("reference/alarms").unwrap();
-        let text = markdown.to_owned();
+        let html = html.to_owned();
         let passage = Passage {
-            text,
+            html,
             ..page.passage()
         };
-        passage.terminal(book(), width, styles)
+        passage.terminal(width, styles)
     }
 
     #[test]
     fn lines_are_wrapped_and_links_name_their_pages() {
-        let text = "## Two\n\nSee [Status replies](protocol/status.md) and **`this`**, which is\nlong enough.\n\n- one\n- two\n";
+        let html = "<h2>Two</h2>\n<p>See <a href=\"book:reference/protocol/status\">Status replies</a> and <strong><code>this</code></strong>, \
+            which is\nlong enough.</p>\n<ul>\n<li>one</li>\n<li>two &lt; 3</li>\n</ul>\n";
         assert_eq!(
-            shown(text, 44, &PLAIN),
-            "## Two\n\nSee Status replies\n(reference/protocol/status) and `this`,\nwhich is long enough.\n\n- one\n- two\n"
+            shown(html, 44, &PLAIN),
+            "## Two\n\nSee Status replies\n(reference/protocol/status) and `this`,\nwhich is long enough.\n\n- one\n- two < 3\n"
         );
     }
 
     #[test]
     fn tables_have_columns_and_a_wide_one_is_a_list() {
-        let text = "| A | Meaning |\n|---|---|\n| `x \\| y` | one two three four five six seven |\n";
+        let html = "<table><thead><tr><th>A</th><th>Meaning</th></tr></thead><tbody>\n<tr><td><code>x | y</code></td>\
+            <td>one two three four five six seven</td></tr>\n</tbody></table>\n";
         assert_eq!(
-            shown(text, 40, &PLAIN),
+            shown(html, 40, &PLAIN),
             "A        Meaning\n-------  -------------------------------\n`x | y`  one two three four five six\n         seven\n"
         );
-        let text = "| A | B | C | D | E |\n|---|---|---|---|---|\n| first first | second second | third third | fourth fourth | fifth |\n";
-        assert!(shown(text, 40, &PLAIN).starts_with("- A: first first\n  B: second second\n"));
+        let cells = |tag: &str, words: [&str; 5]| words.map(|word| format!("<{tag}>{word}</{tag}>")).concat();
+        let head = cells("th", ["A", "B", "C", "D", "E"]);
+        let row = cells(
+            "td",
+            [
+                "first first",
+                "second second",
+                "third third",
+                "fourth fourth",
+                "fifth",
+            ],
+        );
+        let html =
+            format!("<table><thead><tr>{head}</tr></thead><tbody>\n<tr>{row}</tr>\n</tbody></table>\n");
+        assert!(shown(&html, 40, &PLAIN).starts_with("- A: first first\n  B: second second\n"));
     }
 
     #[test]
@@ -383,15 +408,21 @@ mod tests {
             bold: ["<b>", "</b>"],
             code: ["<c>", "</c>"],
         };
-        assert_eq!(shown("**a** `b`", 80, &styles), "<b>a</b> <c>b</c>\n");
-        assert_eq!(shown("```\nx\n\ny\n```\n", 80, &styles), "    x\n\n    y\n");
+        assert_eq!(
+            shown("<p><strong>a</strong> <code>b</code></p>\n", 80, &styles),
+            "<b>a</b> <c>b</c>\n"
+        );
+        assert_eq!(
+            shown("<pre><code>x\n\ny\n</code></pre>\n", 80, &styles),
+            "    x\n\n    y\n"
+        );
     }
 
     /// No page loses words, and none is wider than asked for, other than in code blocks.
     #[test]
     fn every_page_is_laid_out() {
         for page in book().pages() {
-            let text = page.passage().terminal(book(), 80, &PLAIN);
+            let text = page.passage().terminal(80, &PLAIN);
             for line in text.lines().filter(|line| !line.starts_with("    ")) {
                 assert!(width(line) <= 80, "{}: {line}", page.path);
             }

@@ -93,7 +93,7 @@ async fn explain(Path(code): Path<String>) -> Response {
             main,
             "<p class=\"from\">{}</p>\n{}",
             layout.link(passage),
-            passage.html(book(), &layout.root)
+            passage.html(&layout.root)
         );
     }
     layout.response(StatusCode::OK, &code, "", &main)
@@ -121,7 +121,7 @@ impl Layout {
     }
 
     fn page(&self, page: &Page) -> Response {
-        let mut main = page.passage().html(self.book, &self.root);
+        let mut main = page.passage().html(&self.root);
         let pages = self.book.pages();
         let at = pages.iter().position(|other| other.path == page.path);
         let previous = at.and_then(|at| pages.get(at.checked_sub(1)?));

@@ -69,7 +69,7 @@ pub(super) fn run(args: &DocsArgs) -> anyhow::Result<u8> {
         None if args.json => return print_json(&json!({ "version": 1, "pages": pages_json() })),
         None => return output::print(contents(book)).map(|()| 0),
     };
-    print_passages(book, &passages, false, args.json)
+    print_passages(&passages, false, args.json)
 }
 
 /// Prints the explanation of a code; the exit code.
@@ -80,7 +80,7 @@ pub(super) fn explain(args: &ExplainArgs) -> anyhow::Result<u8> {
         let (code, hint) = (&args.code, book.unknown_code_hint(&args.code));
         bail!("cannot explain `{code}`: the documentation has no such code{hint}");
     }
-    print_passages(book, &passages, true, args.json)
+    print_passages(&passages, true, args.json)
 }
 
 fn search(book: &Book, words: &str, json: bool) -> anyhow::Result<u8> {
@@ -150,7 +150,7 @@ fn screen() -> (anstream::AutoStream<io::StdoutLock<'static>>, Styles, usize) {
 }
 
 /// Prints passages, each after its topic if they come from several places.
-fn print_passages(book: &Book, passages: &[Passage<'_>], named: bool, json: bool) -> anyhow::Result<u8> {
+fn print_passages(passages: &[Passage<'_>], named: bool, json: bool) -> anyhow::Result<u8> {
     if json {
         let sections: Vec<Value> = passages.iter().map(passage_json).collect();
         return print_json(&json!({ "version": 1, "sections": sections }));
@@ -164,7 +164,7 @@ fn print_passages(book: &Book, passages: &[Passage<'_>], named: bool, json: bool
             if named {
                 writeln!(out, "[{}]\n", passage.topic())?;
             }
-            out.write_all(passage.terminal(book, width, &styles).as_bytes())?;
+            out.write_all(passage.terminal(width, &styles).as_bytes())?;
         }
         out.flush()
     };

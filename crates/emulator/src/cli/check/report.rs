@@ -118,7 +118,7 @@ fn explanation(kind: &DiagnosticKind) -> String {
     let passages = book.explain(kind.code);
     let texts = passages
         .iter()
-        .map(|passage| passage.terminal(book, HELP_WIDTH, &PLAIN));
+        .map(|passage| passage.terminal(HELP_WIDTH, &PLAIN));
     texts.collect::<Vec<_>>().join("\n")
 }
 
