@@ -37,8 +37,8 @@ fn main() -> Result<(), Box<dyn Error>> {
             html_of(name, &text)
         };
         archive += &format!("\x0c{name}\n");
-        let texts = sections(&text, text_headings(&text));
-        let forms = sections(&html, html_headings(&html));
+        let texts = sections(&text, &text_headings(&text));
+        let forms = sections(&html, &html_headings(&html));
         if name != SUMMARY && texts.len() != forms.len() {
             return Err(format!("{name}: {} sections, {} in HTML", texts.len(), forms.len()).into());
         }
@@ -76,7 +76,7 @@ fn html_headings(html: &str) -> Vec<usize> {
 }
 
 /// What is before the first of these places, and what is from each to the next.
-fn sections(text: &str, places: Vec<usize>) -> Vec<&str> {
+fn sections<'a>(text: &'a str, places: &[usize]) -> Vec<&'a str> {
     let ends = places.iter().copied().chain([text.len()]);
     let begins = std::iter::once(0).chain(places.iter().copied());
     begins
