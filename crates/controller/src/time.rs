@@ -60,7 +60,7 @@ pub fn duration_in_words(duration: Duration) -> String {
         ("s", 1_000_000),
         ("ms", 1_000),
     ];
-    let whole = |(_, size): &(&str, u128)| micros % size == 0 && micros > 0;
+    let whole = |(_, size): &(&str, u128)| micros > 0 && micros.is_multiple_of(*size);
     match (units.into_iter().find(whole), micros) {
         (Some((unit, size)), _) => format!("{} {unit}", micros / size),
         (None, 0) => "0 s".to_string(),

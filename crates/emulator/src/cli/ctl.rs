@@ -37,10 +37,8 @@ pub fn run(args: &CtlArgs) -> anyhow::Result<u8> {
         .unwrap_or_else(|| DEFAULT_TIMEOUT + call.longest_wait());
     let client = args.target.client(&url, limit)?;
     Ok(perform(&client, &call, args).unwrap_or_else(|error| {
-        let limit = match &error {
-            ClientError::Late { .. } => " (--timeout)",
-            _ => "",
-        };
+        let is_late = matches!(error, ClientError::Late { .. });
+        let limit = if is_late { " (--timeout)" } else { "" };
         print_error(format_args!("{error}{limit}{}", target::advice(&error)));
         NO_ANSWER
     }))
