@@ -58,7 +58,11 @@ fn codes() -> BTreeSet<(String, &'static str)> {
     for button in BUTTONS {
         add(button.form, "reference/controls");
     }
-    flags(&cli::definition(), &mut add);
+    let program = cli::definition();
+    for subcommand in program.get_subcommands() {
+        add(subcommand.get_name(), "reference/command-line");
+    }
+    flags(&program, &mut add);
     codes
 }
 

@@ -49,7 +49,12 @@ impl Book {
         for page in self.pages.iter().filter(|page| explains(page)) {
             let is_meant = |section: &&Section| match &alarm {
                 Some(anchor) => section.anchor == *anchor,
-                None => is_code(&section.heading) || section.names().any(is_code),
+                None => {
+                    let heading = &section.heading;
+                    // The sections of subcommands have the whole command as their heading.
+                    let command = heading.strip_prefix("ts3100 ").unwrap_or(heading);
+                    is_code(command) || section.names().any(is_code)
+                }
             };
             let sections: Vec<&Section> = page.sections.iter().filter(is_meant).collect();
             found.extend(sections.iter().map(|section| page.section(section)));

@@ -57,8 +57,8 @@ pub enum RunError {
     /// The program does not compile.
     #[error(transparent)]
     Select(#[from] SelectError),
-    /// The controller refused to start it.
-    #[error("cannot start the program: {0}")]
+    /// The controller refused to start it, and says why: `cannot start the program: servo power is off`.
+    #[error("{0}")]
     Start(String),
     /// Stepped time: no one would move the clock, so the program would never end.
     #[error("expected a time that passes (auto, real or xN), found {0}")]
@@ -81,6 +81,11 @@ pub enum RunEvent<'a> {
         line: u32,
         /// ID of its task, 1 for the main program.
         task: u16,
+    },
+    /// An action of the scenario had no effect.
+    Refused {
+        /// The action and why: `cannot turn the servo on: the emergency stop is pressed`.
+        reason: &'a str,
     },
 }
 
@@ -108,6 +113,8 @@ pub enum RunEnd {
         /// Line of the INPUT.
         line: u32,
     },
+    /// The power was turned off, and nothing planned turns it on.
+    PowerOff,
     /// An alarm stopped the program.
     Alarm {
         /// Number of the alarm, for example `2-046`.
@@ -169,7 +176,9 @@ pub fn run(job: RunRequest, listen: &mut dyn FnMut(Duration, RunEvent<'_>)) -> R
             started_at: Time::ZERO,
             trace: job.trace,
             alarm: None,
-            at_first_step: false,
+            runs: false,
+            ended: false,
+            starting: false,
             refusal: None,
             executed: StatementCoverage::default(),
         },
@@ -182,8 +191,12 @@ pub fn run(job: RunRequest, listen: &mut dyn FnMut(Duration, RunEvent<'_>)) -> R
     let wall = Instant::now();
     if let Some(play) = &run.play {
         play.start(&mut run.seat);
+        // What is planned for the start comes before START.
+        run.feed(started_at, Input::Tick);
     }
+    run.outcome.starting = true;
     run.feed(started_at, Input::by_hand(PanelAction::Start));
+    run.outcome.starting = false;
     if let Some(reason) = run.outcome.refusal.take() {
         return Err(RunError::Start(reason));
     }
@@ -224,8 +237,13 @@ struct Outcome<'a> {
     /// Statements are reported.
     trace: bool,
     alarm: Option<(String, String)>,
-    /// The last stop was at END, which resets the program to its first step.
-    at_first_step: bool,
+    /// The program runs.
+    runs: bool,
+    /// It is at its first step, and went there from running: by END. A reset does so from a stop.
+    ended: bool,
+    /// START is being pressed.
+    starting: bool,
+    /// Why START had no effect.
     refusal: Option<String>,
     executed: StatementCoverage,
 }
@@ -243,14 +261,25 @@ impl Effects for Outcome<'_> {
             }
             Output::Event(Event::Alarm { number, text }) => self.alarm = Some((number, text)),
             Output::Event(Event::Status { status, .. }) => {
-                self.at_first_step = status == ExecutionStatus::Reset;
+                let is_reset = status == ExecutionStatus::Reset;
+                self.ended = is_reset && (self.ended || self.runs);
+                self.runs = status == ExecutionStatus::Running;
                 // What stopped the program before is over when it runs again.
-                if status == ExecutionStatus::Running {
+                if self.runs {
                     self.alarm = None;
                 }
             }
             Output::Event(Event::Finding(finding)) if *finding.rule == rules::PANEL_REFUSED => {
-                self.refusal = Some(finding.message.to_string());
+                let reason = finding.message.to_string();
+                if self.starting {
+                    self.refusal = Some(reason);
+                } else {
+                    (self.listen)(at, RunEvent::Refused { reason: &reason });
+                }
+            }
+            Output::Event(Event::ActionRefused(error)) => {
+                let reason = error.to_string();
+                (self.listen)(at, RunEvent::Refused { reason: &reason });
             }
             Output::Event(_)
             | Output::Send { .. }
@@ -305,12 +334,13 @@ impl Runner<'_> {
             return None;
         }
         let planned = self.play.as_ref().and_then(ActionSource::deadline);
-        if planned.is_some() && !(self.outcome.at_first_step && self.outcome.alarm.is_none()) {
+        if planned.is_some() && !self.outcome.ended {
             return None;
         }
         Some(match self.outcome.alarm.take() {
             Some((number, text)) => RunEnd::Alarm { number, text },
-            None if self.outcome.at_first_step => RunEnd::End,
+            None if self.outcome.ended => RunEnd::End,
+            None if !self.seat.controller.state().powered => RunEnd::PowerOff,
             None => RunEnd::Stopped {
                 line: self.seat.controller.line(),
             },

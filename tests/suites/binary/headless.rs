@@ -239,6 +239,64 @@ fn inputs_come_at_their_times() {
         stderr(&output)
     );
     expect_code(&with(&[&stops[..], &goes_on].concat()), 0);
+    // A reset from a stop is not the end: the next start counts.
+    let again = [
+        "1 s: program stop",
+        "2 s: program reset",
+        "3 s: program start",
+        "4 s: input 3 on",
+        "5 s: input 3 off",
+    ];
+    let output = with(&again);
+    expect_code(&output, 0);
+    assert!(
+        stderr(&output).contains("after 5.000 s: ended"),
+        "{}",
+        stderr(&output)
+    );
+    let output = with(&again[..2]);
+    assert!(
+        stderr(&output).contains("after 2.000 s: stopped, line 2 is next"),
+        "{}",
+        stderr(&output)
+    );
+    // What is planned for the start comes before it.
+    let output = with(&["0 s: emergency-stop press"]);
+    assert_eq!(output.status.code(), Some(1));
+    assert!(
+        stderr(&output).starts_with("error: cannot start the program: "),
+        "{}",
+        stderr(&output)
+    );
+    let output = with(&["1 s: power off"]);
+    assert_eq!(output.status.code(), Some(1));
+    assert!(
+        stderr(&output).contains("the power was turned off"),
+        "{}",
+        stderr(&output)
+    );
+    // What has no effect is said, by hand and by the owner.
+    for refused in [
+        "0 s: jog 1 plus joint fast",
+        "1 s: jog 1 plus joint fast",
+        "1 s: variable NOPE 5",
+    ] {
+        let output = with(&[refused, on, "2 s: input 3 off"]);
+        expect_code(&output, 0);
+        assert!(
+            stderr(&output).contains(" s: cannot "),
+            "{refused}: {}",
+            stderr(&output)
+        );
+    }
+    let many = vec!["1 s: input 9 on"; 1_001];
+    let output = with(&many);
+    assert_eq!(output.status.code(), Some(2));
+    assert!(
+        stderr(&output).contains("at most 1000 steps, found 1001"),
+        "{}",
+        stderr(&output)
+    );
     for (words, answer) in [
         (
             "input 3 on",

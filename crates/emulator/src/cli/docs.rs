@@ -8,6 +8,7 @@ use crate::color;
 use crate::log::print_error;
 use anyhow::bail;
 use clap::Args;
+use clap::builder::NonEmptyStringValueParser;
 use serde_json::{Value, json};
 use std::io::{self, IsTerminal as _, Write};
 use terminal_size::{Width, terminal_size_of};
@@ -34,7 +35,7 @@ pub(super) struct DocsArgs {
     #[arg(value_name = "TOPIC", conflicts_with_all = ["search", "all"])]
     topic: Option<String>,
     /// List the sections that have all of these words
-    #[arg(long, value_name = "WORD", num_args = 1.., conflicts_with = "all")]
+    #[arg(long, value_name = "WORD", num_args = 1.., conflicts_with = "all", value_parser = NonEmptyStringValueParser::new())]
     search: Vec<String>,
     /// Print every page
     #[arg(long)]
@@ -50,7 +51,7 @@ pub(super) struct DocsArgs {
 #[derive(Debug, Args)]
 pub(super) struct ExplainArgs {
     /// Code, for example E0101, left-in-exchange, 2-046, text.end, RN, MOVEJ, no-reply or --port-offset
-    #[arg(value_name = "CODE", allow_hyphen_values = true)]
+    #[arg(value_name = "CODE", allow_hyphen_values = true, value_parser = NonEmptyStringValueParser::new())]
     code: String,
     /// Print one JSON document, with texts in Markdown
     #[arg(long)]

@@ -11,7 +11,8 @@ use super::input::{self, is_stdin};
 use super::output;
 use crate::config::args::{seconds, whole};
 use crate::config::{ServeArgs, Settings};
-use crate::headless::{self, RunEnd, RunRequest};
+use crate::headless::{self, RunEnd, RunError, RunRequest};
+use crate::log::print_error;
 use anyhow::{Context, anyhow, bail};
 use clap::{Args, Parser};
 use scol_mini::Severity;
@@ -23,7 +24,7 @@ use ts3100_controller::signals::{LINE_NUMBERS, Signals};
 use ts3100_driver::clock::TimeMode;
 use ts3100_driver::pc_file::{drive_content, drive_name};
 use ts3100_recording::reports::lcov;
-use ts3100_recording::scenario::{Scenario, Step};
+use ts3100_recording::scenario::{MAX_ENTRIES, Scenario, Step};
 
 /// Largest file of records, in bytes.
 const MAX_RECORDS: u64 = 64 * 1024 * 1024;
@@ -129,7 +130,13 @@ pub(super) fn run(args: &RunArgs) -> anyhow::Result<u8> {
         config: config.clone(),
     };
     let mut screen = show::RunPrinter::new(&source, args.json);
-    let report = headless::run(job, &mut |at, event| screen.show(at, event))?;
+    let report = match headless::run(job, &mut |at, event| screen.show(at, event)) {
+        Err(RunError::Start(reason)) => {
+            print_error(format_args!("{reason}"));
+            return Ok(NEGATIVE);
+        }
+        report => report?,
+    };
     screen.finish(&report)?;
     if let Some(path) = &args.lcov {
         lcov::write(path, &report.executed, &config, std::slice::from_ref(&args.file))?;
@@ -137,7 +144,7 @@ pub(super) fn run(args: &RunArgs) -> anyhow::Result<u8> {
     let failed = report.scenario.is_some_and(|outcome| outcome.has_failed());
     Ok(match report.end {
         RunEnd::OutOfInput { .. } | RunEnd::NoInput { .. } if !args.input_optional => NEGATIVE,
-        RunEnd::Alarm { .. } | RunEnd::Blocked { .. } | RunEnd::TimeUp { .. } => NEGATIVE,
+        RunEnd::Alarm { .. } | RunEnd::Blocked { .. } | RunEnd::TimeUp { .. } | RunEnd::PowerOff => NEGATIVE,
         _ if failed => NEGATIVE,
         RunEnd::End | RunEnd::Stopped { .. } | RunEnd::OutOfInput { .. } | RunEnd::NoInput { .. } => 0,
     })
@@ -165,6 +172,10 @@ fn scenario(args: &RunArgs, name: &str) -> anyhow::Result<Option<Scenario>> {
         bail!(
             "{file}: `{key}` in [start] has no effect on `run`, which runs {name} alone; use `ts3100 exec`"
         );
+    }
+    let count = scenario.steps.len() + args.at.len();
+    if count > MAX_ENTRIES {
+        bail!("--at: expected at most {MAX_ENTRIES} steps, found {count}");
     }
     for words in &args.at {
         let step = Step::parse(words).with_context(|| format!("--at \"{words}\""))?;

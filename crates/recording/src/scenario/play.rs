@@ -216,7 +216,9 @@ impl Play {
 }
 
 fn runaway_words(at: Time) -> String {
-    format!("stopped after {MAX_ACTIONS_AT_TIME} actions at {at}: its steps trigger each other endlessly")
+    format!(
+        "stopped after {MAX_ACTIONS_AT_TIME} actions at {at} s, the most at one time: do its steps trigger each other endlessly?"
+    )
 }
 
 impl ActionSource for Play {

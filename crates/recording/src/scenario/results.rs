@@ -44,6 +44,8 @@ impl ScenarioOutcome {
     /// Unmet expectations, a line each.
     pub fn failures(&self) -> impl Iterator<Item = String> {
         self.entries.iter().filter_map(|entry| match &entry.verdict {
+            // The limit of actions has no line.
+            Verdict::Failed(reason) if entry.line == 0 => Some(reason.clone()),
             Verdict::Failed(reason) => Some(format!("line {}, {}: {reason}", entry.line, entry.name)),
             Verdict::Held | Verdict::Skipped(_) => None,
         })

@@ -20,6 +20,9 @@ use ts3100_proto::status::su::StatusBody;
 use ts3100_proto::status::vr::{self, VersionRecord};
 use ts3100_proto::status::{AlarmLevel, BodyError, ExecutionStatus, mr};
 
+/// Values of a position of a six-axis arm; nothing else has as many.
+const POSITION_VALUES: usize = 9;
+
 /// Decodes the content of a reply.
 type Decoder = fn(&[u8]) -> Result<Value, BodyError>;
 
@@ -39,7 +42,8 @@ pub(super) fn decoder(letters: &str) -> Option<Decoder> {
         "CA" => |content| ca::decode_directory(content).map(|files| list(&files, directory_entry)),
         "VR" => |content| vr::decode_versions(content).map(|records| list(&records, version)),
         "EU" => |content| eu::decode_history(content).map(|entries| list(&entries, error_entry)),
-        "MR" | "HI" => |content| mr::decode_values(content).map(|values| list(&values, number)),
+        "MR" => |content| mr::decode_values(content).map(|values| variable(&values)),
+        "HI" => |content| mr::decode_values(content).map(|values| list(&values, number)),
         "SM" => |content| QuickStatus::decode(content).map(|status| quick_status(&status)),
         "AC" | "AH" => |content| ac::decode_alarms(content).map(|alarms| list(&alarms, alarm_record)),
         "PR" | "VL" => |content| pr::decode_position(content).map(|values| position(&values)),
@@ -89,6 +93,17 @@ fn number(number: &Number) -> Value {
         Number::Integer(value) => json!(value),
         Number::Real(value) => json!(value + 0.0),
     }
+}
+
+/// The values of a variable; a position has its configuration last, in figures.
+fn variable(values: &[Number]) -> Value {
+    let mut shown = list(values, number);
+    if let (POSITION_VALUES, Some(last)) = (values.len(), shown.as_array_mut().and_then(|all| all.last_mut()))
+        && let Some(configuration) = last.as_f64().filter(|value| value.fract() == 0.0)
+    {
+        *last = json!(configuration as i64);
+    }
+    shown
 }
 
 fn alarm_record(record: &AlarmRecord) -> Value {

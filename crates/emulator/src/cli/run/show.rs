@@ -31,6 +31,8 @@ pub(super) struct RunPrinter {
     unfinished: BTreeMap<&'static str, (Duration, Vec<u8>)>,
     printed: BoundedList,
     statements: BoundedList,
+    /// Actions without effect.
+    refused: BoundedList,
     /// Why stdout took no more.
     write_error: Option<anyhow::Error>,
 }
@@ -63,6 +65,7 @@ impl RunPrinter {
             names_tasks: scol_mini::starts_tasks(&source),
             unfinished: BTreeMap::new(),
             printed: BoundedList::default(),
+            refused: BoundedList::default(),
             statements: BoundedList::default(),
             write_error: None,
         }
@@ -73,6 +76,7 @@ impl RunPrinter {
         match event {
             RunEvent::Printed { channel, bytes } => self.add_printed(at, channel, bytes),
             RunEvent::Statement { line, task } => self.add_statement(at, line, task),
+            RunEvent::Refused { reason } => self.add_refused(at, reason),
         }
     }
 
@@ -97,6 +101,15 @@ impl RunPrinter {
                 "{:>10.3} s{task} {line:>5} | {text}\n",
                 at.as_secs_f64()
             ));
+        }
+    }
+
+    fn add_refused(&mut self, at: Duration, reason: &str) {
+        let time = at.as_secs_f64();
+        if self.json {
+            self.refused.push(|| json!({ "time": time, "reason": reason }));
+        } else {
+            output::tell(format_args!("warning: at {time:.3} s: {reason}\n"));
         }
     }
 
@@ -192,6 +205,7 @@ impl RunPrinter {
         put("unused", json!(report.unused));
         if report.scenario.is_some() {
             put("scenarioFailures", json!(failures(report).collect::<Vec<_>>()));
+            put("refused", json!(self.refused.entries));
         }
         put("printed", json!(self.printed.entries));
         put("printedLeftOut", json!(self.printed.left_out));
@@ -244,6 +258,7 @@ fn describe_end(ending: &RunEnd) -> (&'static str, String) {
                 format!("INPUT {channel} at line {line} waits; give it records with --input {flag}=FILE");
             ("no-input", words)
         }
+        RunEnd::PowerOff => ("power-off", "stopped: the power was turned off".to_owned()),
         RunEnd::Alarm { number, text } => ("alarm", format!("alarm {number} {text}")),
         RunEnd::Blocked { line } => (
             "stuck",
