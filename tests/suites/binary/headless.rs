@@ -372,8 +372,14 @@ fn wrong_usage_and_programs_with_errors_are_exit_code_two() {
         &["--max-time", "-1"],
     ] {
         let all: Vec<&str> = ["run", &file].iter().chain(words).copied().collect();
-        assert_eq!(run(&all).status.code(), Some(2), "{words:?}");
+        let output = run(&all);
+        assert_eq!(output.status.code(), Some(2), "{words:?}");
+        let printed = stderr(&output);
+        assert!(!printed.contains("error: error"), "{printed}");
     }
+    let options = run(&["run", &file, "--set", "help"]);
+    expect_code(&options, 0);
+    assert!(stdout(&options).contains("text.stx"), "{}", stdout(&options));
     assert_eq!(run(&["run", &file]).status.code(), Some(0));
 }
 

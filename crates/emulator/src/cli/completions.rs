@@ -11,14 +11,19 @@ use crate::loading::EXAMPLES;
 use anyhow::{Context as _, bail};
 use clap::{Arg, Args, Command, CommandFactory as _};
 use clap_complete::Shell;
-use clap_complete::engine::{ArgValueCompleter, CompletionCandidate, PathCompleter, complete};
+use clap_complete::engine::{
+    ArgValueCompleter, CompletionCandidate, PathCompleter, ValueCompleter, complete,
+};
 use clap_complete::env::{CompleteEnv, Elvish, EnvCompleter, Fish, Powershell, Shells, Zsh};
 use std::ffi::{OsStr, OsString};
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 use ts3100_book::{Page, book};
-use ts3100_controller::faults::{COMMON_KEYS, KINDS};
+use ts3100_controller::Port;
+use ts3100_controller::faults::{COMMON_KEYS, KINDS, Parameter, ParameterType};
+use ts3100_controller::findings::RULES;
 use ts3100_driver::pc_file::drive_name;
+use ts3100_proto::command::COMMANDS;
 
 /// The variable by which a shell asks for completions.
 const VARIABLE: &str = "TS3100_COMPLETE";
@@ -135,6 +140,9 @@ fn with_value(command: &str, argument: Arg) -> Arg {
         Some("fault") => faults,
         Some("select") => selections,
         Some("model") => models,
+        Some("deny") => rules,
+        Some("drive" | "serial-dir") => directories,
+        None if command == "mode" && name == "mode" => times,
         None if command == "arm" && name == "spec" => faults,
         None if command == "docs" && name == "topic" => topics,
         None if command == "explain" && name == "code" => codes,
@@ -157,7 +165,7 @@ fn files(word: &OsStr, endings: &'static [&'static str]) -> Vec<CompletionCandid
         let ending = path.extension().and_then(OsStr::to_str).unwrap_or_default();
         path.is_file() && endings.iter().any(|known| known.eq_ignore_ascii_case(ending))
     };
-    clap_complete::engine::ValueCompleter::complete(&PathCompleter::any().filter(is_one), word)
+    ValueCompleter::complete(&PathCompleter::any().filter(is_one), word)
 }
 
 /// The candidates that begin with the word.
@@ -233,19 +241,50 @@ fn faults(word: &OsStr) -> Vec<CompletionCandidate> {
             KINDS.iter().map(|kind| (kind.name.to_owned(), kind.summary)),
         );
     };
-    let before = rest
-        .rsplit_once(',')
-        .map_or(String::new(), |(before, _)| format!("{before},"));
+    let (before, last) = rest.rsplit_once(',').unwrap_or(("", rest));
+    let comma = if before.is_empty() { "" } else { "," };
     let own = KINDS
         .iter()
         .filter(|row| row.name == kind)
         .flat_map(|row| row.parameters);
+    if let Some((key, _)) = last.split_once('=') {
+        let of_parameter = own.filter(|parameter| parameter.name == key);
+        let mut values: Vec<&str> = of_parameter.flat_map(words_of).copied().collect();
+        match key {
+            "command" => values.extend(COMMANDS.iter().map(|command| command.letters)),
+            "channel" => values.extend(Port::ETHERNET.iter().chain(&Port::SERIAL).map(|port| port.name())),
+            _ => {}
+        }
+        let values = values.into_iter();
+        let candidates = values.map(|value| (format!("{kind}:{before}{comma}{key}={value}"), ""));
+        return beginning(word, candidates);
+    }
     let own = own.map(|parameter| (parameter.name, parameter.description));
     let keys = own.chain(COMMON_KEYS.map(|key| (key, "")));
     beginning(
         word,
-        keys.map(|(key, about)| (format!("{kind}:{before}{key}="), about)),
+        keys.map(|(key, about)| (format!("{kind}:{before}{comma}{key}="), about)),
     )
+}
+
+/// The words that a parameter takes; none of a number or a string.
+fn words_of(parameter: &Parameter) -> &'static [&'static str] {
+    match parameter.value_type {
+        ParameterType::Word(words) => words,
+        ParameterType::Number { .. } | ParameterType::Text { .. } | ParameterType::Alarm => &[],
+    }
+}
+
+/// Findings to deny: all of a severity, or those of a rule.
+fn rules(word: &OsStr) -> Vec<CompletionCandidate> {
+    let severities = ["all", "note", "warning", "error", "fault-never-fired"];
+    let severities = severities.map(|severity| (severity.to_owned(), ""));
+    let rules = RULES.iter().map(|rule| (rule.id.to_owned(), rule.title));
+    beginning(word, severities.into_iter().chain(rules))
+}
+
+fn directories(word: &OsStr) -> Vec<CompletionCandidate> {
+    ValueCompleter::complete(&PathCompleter::dir(), word)
 }
 
 /// The names that the files on this command line get on the RAM drive, and the example programs.
@@ -367,6 +406,16 @@ mod tests {
                 &["late-reply:command=SU,delay="],
             ),
             (&["ts3100", "serve", "--select", "DI"], &["DIALOG"]),
+            (
+                &["ts3100", "serve", "--fault", "no-reply:times=2,command=RN"],
+                &["no-reply:times=2,command=RN"],
+            ),
+            (
+                &["ts3100", "serve", "--fault", "no-reply:lost=rep"],
+                &["no-reply:lost=reply"],
+            ),
+            (&["ts3100", "exec", "--deny", "left-in"], &["left-in-exchange"]),
+            (&["ts3100", "ctl", "clock", "mode", "au"], &["auto"]),
             (&["ts3100", "ctl", "faults", "arm", "half"], &["half-open"]),
             (&["ts3100", "docs", "reference/al"], &["reference/alarms"]),
             (&["ts3100", "docs", "alarms#alarm-2-04"], &["alarms#alarm-2-046"]),

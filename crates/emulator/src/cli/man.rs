@@ -25,7 +25,17 @@ pub(super) fn run(args: &ManArgs) -> anyhow::Result<u8> {
         Some(directory) => directory.clone(),
         None => beside_the_program()?,
     };
-    let cannot_write = || format!("cannot write the manual pages to {}", directory.display());
+    let way_out = if args.install {
+        "; give a directory, as in `ts3100 man ~/.local/share/man/man1`"
+    } else {
+        ""
+    };
+    let cannot_write = || {
+        format!(
+            "cannot write the manual pages to {}{way_out}",
+            directory.display()
+        )
+    };
     fs::create_dir_all(&directory).with_context(cannot_write)?;
     let mut program = super::definition().disable_help_subcommand(true);
     program.build();

@@ -9,6 +9,7 @@ use super::check::CheckedFile;
 use super::exit::{NEGATIVE, UNUSABLE};
 use super::input::{self, is_stdin};
 use super::output;
+use super::serve::list_options;
 use crate::config::args::{seconds, whole};
 use crate::config::{ServeArgs, Settings};
 use crate::headless::{self, RunEnd, RunError, RunRequest};
@@ -95,10 +96,13 @@ struct ServeFlags {
 
 /// Runs the program; the exit code.
 pub(super) fn run(args: &RunArgs) -> anyhow::Result<u8> {
+    if args.set.iter().any(|pair| pair == "help") {
+        return list_options().map(|()| 0);
+    }
     let words = args.model.iter().map(|model| format!("--model={model}"));
     let words = words.chain(args.set.iter().map(|pair| format!("--set={pair}")));
     let mut served = ServeFlags::try_parse_from(std::iter::once("ts3100 run".to_owned()).chain(words))
-        .map_err(|error| anyhow!("{}", error.to_string().trim_end()))?;
+        .map_err(|error| anyhow!("{}", reason(&error)))?;
     served.args.files.points.clone_from(&args.points);
     let config = Settings::from_args(&served.args)?.controller;
     let checked = CheckedFile::check(&args.file, &config.language(), &config.points);
@@ -182,6 +186,13 @@ fn scenario(args: &RunArgs, name: &str) -> anyhow::Result<Option<Scenario>> {
         scenario.steps.push(step);
     }
     Ok(Some(scenario))
+}
+
+/// What is wrong with a flag, without the usage of another command.
+fn reason(error: &clap::Error) -> String {
+    let text = error.to_string();
+    let first = text.split("\n\n").next().unwrap_or_default();
+    first.trim_start_matches("error: ").to_owned()
 }
 
 /// The records of every `--input`.

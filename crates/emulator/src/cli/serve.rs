@@ -133,7 +133,7 @@ fn say_ready(args: &ServeArgs, ready: &Ready<'_>) -> anyhow::Result<()> {
 }
 
 /// `--set help`.
-fn list_options() -> anyhow::Result<()> {
+pub(super) fn list_options() -> anyhow::Result<()> {
     let lines = OPTIONS
         .iter()
         .map(|row| format!("{:<20} {}\n", row.key, row.values()));
