@@ -13,7 +13,7 @@ if [ $# -lt 2 ] || ! [ -f "$2" ]; then
 fi
 what="$1" binary="$2"
 # There is nothing in the image that would load a shared library.
-if LC_ALL=C grep -aqE '/ld-(linux|musl)' "$binary"; then
+if LC_ALL=C grep -qE '/ld-(linux|musl)' "$binary"; then
     echo "$binary is not a static program. This builds one:" >&2
     echo "    rustup target add $(uname -m)-unknown-linux-musl" >&2
     echo "    cargo build --profile dist --target $(uname -m)-unknown-linux-musl -p ts3100-emulator --bin ts3100" >&2
