@@ -62,10 +62,10 @@ def test_what_is_not_an_attribute_cannot_be_set(robot: Robot) -> None:
     for name in ("start_program", "status"):
         with pytest.raises(AttributeError):
             setattr(robot, name, True)
-    with pytest.raises(AttributeError, match="^Lines has no attribute 'onn'; did you mean 'on'?"):
-        anything.inputs.onn = [5]
-    with robot.host() as host, pytest.raises(AttributeError, match="^Host has no attribute 'timout'; did you mean 'timeout'?"):
-        setattr(host, "timout", 1.0)
+    with pytest.raises(AttributeError, match="^Lines has no attribute 'one'; did you mean 'on'?"):
+        anything.inputs.one = [5]
+    with robot.host() as host, pytest.raises(AttributeError, match="^Host has no attribute 'timeouts'; did you mean 'timeout'?"):
+        setattr(host, "timeouts", 1.0)
     with robot.channel() as channel, pytest.raises(AttributeError, match="^Channel has no attribute 'tmeout'; did you mean 'timeout'?"):
         setattr(channel, "tmeout", 1.0)
     assert not any(hasattr(one, "__dict__") for one in (robot, robot.inputs, robot.variables, robot.files, host, channel))

@@ -327,6 +327,7 @@ impl EnvCompleter for Bash {
              \x20   local IFS=$'\\013'\n\
              \x20   COMPREPLY=($({BASH_WORD}=\"${{2-${{COMP_WORDS[COMP_CWORD]}}}}\" {variable}=bash {completer} -- \"${{COMP_WORDS[@]:0:COMP_CWORD+1}}\"))\n\
              \x20   [[ ${{COMPREPLY-}} =~ [=:/]$ ]] && compopt -o nospace 2>/dev/null\n\
+             \x20   return 0\n\
              }}\n\
              complete -o bashdefault -F _{name} {program}\n"
         )
