@@ -49,7 +49,7 @@ test("a wrong host is named", async () => {
   await assert.rejects(host.command("XX"), { name: "Refused" });
   await assert.rejects(robot.checkFindings(), (error) => {
     assert.equal(error.name, "FindingsError");
-    assert.match(error.message, /IP0: unknown command "XX" \(unknown-command, error\)\. Use a command of/);
+    assert.match(error.message, /IP0: unknown command "XX" \(unknown-command, error\)\. Use a command that/);
     assert.match(error.message, /> IP0 XX<CR>\n {2}< IP0 NG<CR>/);
     return true;
   });

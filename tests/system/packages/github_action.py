@@ -126,7 +126,7 @@ def jobs(folder, binary):
     equal("a wrong host fails, although its own assertions hold", 64, code)
     summary = runner.read("GITHUB_STEP_SUMMARY")
     true("the summary has the finding, and what to do",
-         "unknown-command" in summary and "Use a command of" in summary, summary)
+         "unknown-command" in summary and "Use a command that" in summary, summary)
     equal("with deny: none it passes", 0, Runner(os.path.join(folder, "none"), releases).job(run=WRONG, deny="none")[0])
     runner = Runner(os.path.join(folder, "fails"), releases)
     equal("the exit code of the tests is kept", 7, runner.job(run="exit 7")[0])
