@@ -182,6 +182,7 @@ fn every_resource_has_its_words() {
     assert_eq!(answer(&serve, &["inputs", "9", "release"])["on"], true);
     answer(&serve, &["outputs", "9", "pulse", "on", "0.5", "s"]);
     answer(&serve, &["outputs", "9", "pulse", "on", "500ms"]);
+    answer(&serve, &["outputs", "9", "pulse", "on", "0.5"]);
     answer(&serve, &["servo", "on"]);
     assert_eq!(answer(&serve, &["program", "start"])["status"], "running");
     let reached = answer(

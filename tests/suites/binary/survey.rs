@@ -1,6 +1,7 @@
 //! `ts3100 survey`, `conform` and `fidelity` as commands, against an emulator with sockets.
 
 use super::support::{Serve, expect_code, kill, run, stderr, stdout, ts3100};
+use serde_json::Value;
 use std::io::{BufRead as _, BufReader, Read as _, Write as _};
 use std::process::Stdio;
 use ts3100_tests::testing::TempDir;
@@ -271,6 +272,11 @@ fn what_is_known_is_counted_and_findings_name_what_a_run_rested_on() {
     );
     let list = stdout(&run(&["fidelity", "--list"]));
     assert!(list.contains("text-5     assumed   lower-case"), "{list}");
+    let document: Value = serde_json::from_str(&stdout(&run(&["fidelity", "--json"]))).unwrap();
+    let rows = document["rows"].as_array().unwrap();
+    let assumed = rows.iter().filter(|row| row["evidence"] == "assumed").count();
+    assert_eq!(document["counts"]["assumed"], assumed);
+    assert!(counts.contains(&format!(" {assumed} assumed")), "{counts}");
     let directory = TempDir::new("survey");
     let [json, markdown] = ["findings.json", "findings.md"].map(|name| directory.path().join(name));
     let serve = Serve::ready(&[

@@ -7,7 +7,7 @@
 use super::ctl::target::{self, TargetError};
 use super::exit::{NO_ANSWER, NOT_REACHED};
 use super::output;
-use crate::config::args::{FIRST_PORT, duration};
+use crate::config::args::{FIRST_PORT, seconds};
 use crate::config::{self, Environment, Ports, ServeArgs, Settings};
 use crate::instances::{self, Instance};
 use crate::log::print_error;
@@ -37,7 +37,7 @@ const PAUSE: Duration = Duration::from_millis(50);
 #[derive(Debug, Args)]
 pub(super) struct ReadyArgs {
     /// Wait up to this long, such as 10s or 500ms [default: ask once]
-    #[arg(long, value_name = "TIME", value_parser = duration("0s", "1440min"))]
+    #[arg(long, value_name = "TIME", value_parser = seconds("0s", "1440min"))]
     wait: Option<Duration>,
     /// URL of the control interface [env: TS3100_CONTROL_URL]
     #[arg(long, value_name = "URL")]

@@ -12,6 +12,7 @@ use crate::embed::single_threaded;
 use crate::log::{print_error, print_note};
 use anyhow::{Context as _, anyhow};
 use clap::{Args, Subcommand};
+use serde_json::{Value, json};
 use std::collections::BTreeSet;
 use std::io::{self, BufRead as _, Write as _};
 use std::net::SocketAddr;
@@ -144,6 +145,9 @@ pub(super) struct FidelityArgs {
     /// emulator
     #[arg(long)]
     list: bool,
+    /// Print counts and rows as one JSON document
+    #[arg(long, conflicts_with = "list")]
+    json: bool,
 }
 
 fn serial_settings(text: &str) -> Result<SerialSettings, UnexpectedWord> {
@@ -483,8 +487,22 @@ fn junit_of(report: &Report, fails: impl Fn(&Answer) -> bool) -> String {
     junit::report("ts3100 conform", Duration::ZERO, cases)
 }
 
+/// Counts and rows for programs; the names are a public format.
+fn fidelity_document() -> Value {
+    let counts = EvidenceLevel::ALL
+        .iter()
+        .map(|level| (level.word().to_owned(), json!(ledger::count(*level))));
+    let rows = ledger::rows().map(|row| {
+        json!({ "id": row.id, "evidence": row.evidence.word(), "survey": row.survey, "behaviour": row.behaviour })
+    });
+    json!({ "version": 1, "counts": counts.collect::<Value>(), "rows": rows.collect::<Value>() })
+}
+
 /// Runs `fidelity`.
 pub(super) fn fidelity(args: &FidelityArgs) -> anyhow::Result<u8> {
+    if args.json {
+        return output::print(format!("{:#}\n", fidelity_document())).map(|()| 0);
+    }
     let mut out = String::new();
     if args.list {
         for row in ledger::rows() {

@@ -19,7 +19,7 @@ use ts3100_controller::Condition;
 use ts3100_controller::controls::{BUTTONS, Button};
 use ts3100_controller::faults::Fault;
 use ts3100_controller::limits;
-use ts3100_controller::time::{parse_duration, parse_duration_in};
+use ts3100_controller::time::parse_duration_in;
 use ts3100_driver::pc_file;
 use ts3100_proto::escape::{self, EscapeError, Escaped, hex_byte, hex_digits};
 use ts3100_proto::text::EOF;
@@ -302,7 +302,7 @@ fn line_call(side: &'static str, LineArgs { line, action }: &LineArgs) -> anyhow
         Some(LineCommand::On) => put(path, json!({"on": true})),
         Some(LineCommand::Off) => put(path, json!({"on": false})),
         Some(LineCommand::Pulse { state, time }) => {
-            let length = parse_duration(&time.join(" "))?;
+            let length = parse_duration_in("s", &time.join(" "))?;
             post(
                 format!("{path}/pulse"),
                 json!({"on": *state, "seconds": length.as_secs_f64()}),
