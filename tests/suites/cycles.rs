@@ -14,9 +14,9 @@ const CRATES: [&str; 10] = [
     "controller",
     "host",
     "driver",
+    "book",
     "survey",
     "recording",
-    "book",
     "control",
     "emulator",
 ];
