@@ -5,7 +5,7 @@
 pub mod coverage;
 pub mod faults;
 pub mod findings;
-pub mod html;
+mod html;
 pub mod junit;
 pub mod lcov;
 mod markdown;

@@ -2,6 +2,7 @@
 
 use super::coverage::{CellReport, CoverageReport};
 use std::fmt::Write as _;
+use ts3100_book::escaped;
 
 const STYLE: &str = "body{font:15px system-ui,sans-serif;margin:2rem;color:#222;background:#fff}\
     table{border-collapse:collapse;margin:1rem 0 2rem}th,td{border:1px solid #bbb;padding:.25rem .6rem;\
@@ -39,15 +40,15 @@ fn table(page: &mut String, port: &str, cells: &[&CellReport]) {
     let _ = writeln!(
         page,
         "<h2>{}: {reached} of {}</h2>\n<table><tr><th>Command</th>",
-        escape(port),
+        escaped(port),
         countable.count()
     );
     for mode in &modes {
-        let _ = writeln!(page, "<th>{}</th>", escape(mode));
+        let _ = writeln!(page, "<th>{}</th>", escaped(mode));
     }
     page.push_str("</tr>\n");
     for command in distinct(cells.iter().copied(), |cell| &cell.command) {
-        let _ = write!(page, "<tr><th>{}</th>", escape(command));
+        let _ = write!(page, "<tr><th>{}</th>", escaped(command));
         for mode in &modes {
             let here = cells
                 .iter()
@@ -74,7 +75,7 @@ fn cell(page: &mut String, outcomes: &[&CellReport]) {
             0 => "-".to_owned(),
             count => count.to_string(),
         };
-        format!("{} {times}", escape(&outcome.outcome))
+        format!("{} {times}", escaped(&outcome.outcome))
     });
     let words: Vec<String> = words.collect();
     let _ = write!(page, "<td class=\"{class}\">{}</td>", words.join("<br>"));
@@ -93,13 +94,6 @@ fn distinct<'a>(
         }
     }
     words
-}
-
-/// Text between tags.
-pub fn escape(text: &str) -> String {
-    text.replace('&', "&amp;")
-        .replace('<', "&lt;")
-        .replace('>', "&gt;")
 }
 
 #[cfg(test)]

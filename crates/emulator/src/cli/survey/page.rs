@@ -1,7 +1,7 @@
 //! A file of a survey for people, as text and as a page of HTML.
 
 use super::{line, question, said, summary};
-use ts3100_recording::reports::html::escape;
+use ts3100_book::escaped;
 use ts3100_survey::{Report, ledger};
 
 /// Before what the answers do not settle.
@@ -34,24 +34,24 @@ pub(super) fn html(report: &Report) -> String {
             true => String::new(),
             false => format!(
                 "<details><summary>bytes</summary><pre>{}</pre></details>",
-                escape(&answer.traffic.join("\n"))
+                escaped(&answer.traffic.join("\n"))
             ),
         };
         format!(
             "<tr class={verdict}><td>{}</td><td>{}</td><td>{verdict}</td><td>{}{traffic}</td><td><code>{}</code></td></tr>\n",
-            escape(&answer.probe),
-            escape(question(answer)),
-            escape(said(answer)),
-            escape(&sets)
+            escaped(&answer.probe),
+            escaped(question(answer)),
+            escaped(said(answer)),
+            escaped(&sets)
         )
     });
     let remaining = ledger::remaining(report).map(|row| {
-        let (id, behaviour) = (escape(row.id), escape(row.behaviour));
+        let (id, behaviour) = (escaped(row.id), escaped(row.behaviour));
         format!("<dt>{id}<dd>{behaviour}\n")
     });
     let facts: Vec<String> = facts(report)
         .iter()
-        .map(|fact| format!("<li>{}</li>", escape(fact)))
+        .map(|fact| format!("<li>{}</li>", escaped(fact)))
         .collect();
     format!(
         "<!doctype html><html lang=en><meta charset=utf-8><meta name=viewport content=\"width=device-width\">\
@@ -62,7 +62,7 @@ pub(super) fn html(report: &Report) -> String {
         facts.concat(),
         rows.collect::<String>(),
         remaining.collect::<String>(),
-        of = escape(&of(report)),
+        of = escaped(&of(report)),
     )
 }
 
