@@ -24,6 +24,7 @@ use ts3100_controller::faults::{COMMON_KEYS, KINDS, Parameter, ParameterType};
 use ts3100_controller::findings::RULES;
 use ts3100_driver::pc_file::drive_name;
 use ts3100_proto::command::COMMANDS;
+use ts3100_recording::reports::Deny;
 
 /// The variable by which a shell asks for completions.
 const VARIABLE: &str = "TS3100_COMPLETE";
@@ -277,10 +278,9 @@ fn words_of(parameter: &Parameter) -> &'static [&'static str] {
 
 /// Findings to deny: all of a severity, or those of a rule.
 fn rules(word: &OsStr) -> Vec<CompletionCandidate> {
-    let severities = ["all", "note", "warning", "error", "fault-never-fired"];
-    let severities = severities.map(|severity| (severity.to_owned(), ""));
+    let words = Deny::WORDS.map(|word| (word.to_owned(), ""));
     let rules = RULES.iter().map(|rule| (rule.id.to_owned(), rule.title));
-    beginning(word, severities.into_iter().chain(rules))
+    beginning(word, words.into_iter().chain(rules))
 }
 
 fn directories(word: &OsStr) -> Vec<CompletionCandidate> {

@@ -28,6 +28,9 @@ pub enum Deny {
 const NEVER_FIRED: &str = "fault-never-fired";
 
 impl Deny {
+    /// The words beside the names of rules.
+    pub const WORDS: [&str; 5] = ["all", "note", "warning", "error", NEVER_FIRED];
+
     /// Warnings and errors.
     pub const WARNINGS: Deny = Deny::Severity(Severity::Warning);
 
@@ -60,9 +63,8 @@ impl FromStr for Deny {
         }
         let rule = Rule::by_id(word);
         rule.map(|rule| Deny::Rule(rule.id)).ok_or_else(|| {
-            let expected = format!(
-                "all, note, warning, error, {NEVER_FIRED} or a rule that `ts3100 docs findings` lists"
-            );
+            let words = Deny::WORDS.join(", ");
+            let expected = format!("{words} or a rule that `ts3100 docs findings` lists");
             let hint = AlarmCode::replacement(word)
                 .map(|new| format!("; {word} is now alarm {new}, and alarms are not findings"));
             UnexpectedWord::new(expected, word).hinting(hint.unwrap_or_default())
