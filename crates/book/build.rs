@@ -75,7 +75,7 @@ fn html_headings(html: &str) -> Vec<usize> {
     found.filter(is_heading).collect()
 }
 
-/// What is before the first of these places, and what is from each to the next.
+/// The parts of a string: before the first of these places, and from each to the next.
 fn sections<'a>(text: &'a str, places: &[usize]) -> Vec<&'a str> {
     let ends = places.iter().copied().chain([text.len()]);
     let begins = std::iter::once(0).chain(places.iter().copied());

@@ -9,7 +9,7 @@ use ts3100_proto::words::did_you_mean_or;
 
 /// Pages that explain codes: the reference, the terms, and the rules of variation.
 const PAGES: [&str; 3] = ["reference/", "glossary", "explanation/variation"];
-/// What the headings of alarms have before their number.
+/// Beginning of the anchors of alarms; their number follows.
 const ALARM: &str = "alarm-";
 /// Variables of the environment, which rows have in any of their cells.
 const VARIABLE: &str = "TS3100_";
@@ -147,7 +147,7 @@ fn fit(page: &Page, row: &Row, code: &str, is_code: &dyn Fn(&str) -> bool) -> Op
     parts.then_some(Fit::Part)
 }
 
-/// What a row is about: the code in its first cell and the first word of that, or the whole cell if it has no code; and the
+/// Subjects of a row: the code in its first cell and the first word of that, or the whole cell if it has no code; and the
 /// variables in any cell.
 fn subjects(cells: &[String]) -> Vec<String> {
     let first = cells.first().map_or("", String::as_str);

@@ -3,7 +3,7 @@
 use crate::Passage;
 use crate::page::headings;
 
-/// What the address of a page of the book begins with in the HTML of the build script.
+/// Beginning of the addresses of pages of the book in the HTML of the build script.
 pub(crate) const IN_BOOK: &str = "book:";
 
 impl Passage<'_> {

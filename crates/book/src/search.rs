@@ -3,9 +3,9 @@
 use crate::page::{Page, Section, plain};
 use crate::{Book, Passage};
 
-/// What a whole word counts at a place in the section, where the beginning of a longer one counts 1.
+/// Weight of a whole word at a place in the section; the beginning of a longer one has 1.
 const WHOLE: usize = 2;
-/// What a word counts in the heading of its section, in the title of its page, and at each of a few places in a short section.
+/// Weights of a word in the heading of its section, in the title of its page, and at each of a few places in a short section.
 const IN_HEADING: usize = 2_000;
 const IN_TITLE: usize = 800;
 const IN_TEXT: usize = 100;

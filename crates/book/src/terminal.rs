@@ -189,7 +189,7 @@ impl Layout {
         }
     }
 
-    /// What is shown after the words of a link: a page, or an address outside. In a table the words have to do, as they have
+    /// The address shown after the words of a link: a page, or an address outside. In a table the words have to do, as they have
     /// for a section, whose name they are.
     fn beside(&self, attributes: &str) -> String {
         let Some(address) = attributes.strip_prefix("href=\"") else {

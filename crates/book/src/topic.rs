@@ -73,7 +73,7 @@ impl Book {
     }
 }
 
-/// What a page is called besides its path: the last parts of that, and its title.
+/// Names of a page besides its path: the last parts of that, and its title.
 fn short_names(page: &Page) -> impl Iterator<Item = &str> {
     let path = page.path.strip_suffix("/index").unwrap_or(&page.path);
     let ends = path.match_indices('/');

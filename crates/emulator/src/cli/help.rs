@@ -227,7 +227,7 @@ const OF_EXEC: [(&str, &str); 3] = [
 /// Command lines to begin with, for all of `ts3100`; `-h` shows the first.
 const EXAMPLES: &str =
     "ts3100 serve --port-offset 10000 --servo-on\nts3100 host 127.0.0.1:11000 su\nts3100 exec -- pytest";
-/// What `-h` shows of the commands of `ts3100`.
+/// The commands that `ts3100 -h` shows.
 const FIRST: [&str; 6] = ["serve", "exec", "host", "ctl", "check", "run"];
 
 /// Command lines to begin with, one a line; empty for a command that is part of another.

@@ -8,6 +8,9 @@ use std::fs;
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
+/// The end of a message where `--install` finds no place.
+const WAY_OUT: &str = "; give a directory, as in `ts3100 man ~/.local/share/man/man1`";
+
 /// Write the manual pages, one for each subcommand.
 #[derive(Debug, Args)]
 pub(super) struct ManArgs {
@@ -25,11 +28,7 @@ pub(super) fn run(args: &ManArgs) -> anyhow::Result<u8> {
         Some(directory) => directory.clone(),
         None => beside_the_program()?,
     };
-    let way_out = if args.install {
-        "; give a directory, as in `ts3100 man ~/.local/share/man/man1`"
-    } else {
-        ""
-    };
+    let way_out = if args.install { WAY_OUT } else { "" };
     let cannot_write = || {
         format!(
             "cannot write the manual pages to {}{way_out}",
@@ -52,7 +51,7 @@ fn beside_the_program() -> anyhow::Result<PathBuf> {
     let folder = program.parent().filter(|folder| folder.ends_with("bin"));
     let prefix = folder.and_then(Path::parent).with_context(|| {
         format!(
-            "{} is not in a directory `bin`, so `man` would not find its pages: give a directory, as in `ts3100 man ~/.local/share/man/man1`",
+            "{} is not in a directory `bin`, so `man` would not find its pages{WAY_OUT}",
             program.display()
         )
     })?;
@@ -62,9 +61,9 @@ fn beside_the_program() -> anyhow::Result<PathBuf> {
 /// Writes the page of a command and those of its subcommands.
 fn write_pages(command: &Command, directory: &Path) -> io::Result<()> {
     let visible = command.get_subcommands().filter(|inner| !inner.is_hide_set());
-    visible
-        .into_iter()
-        .try_for_each(|inner| write_pages(inner, directory))?;
+    for inner in visible {
+        write_pages(inner, directory)?;
+    }
     let name = command.get_display_name().unwrap_or_else(|| command.get_name());
     let mut page = Vec::new();
     write_page(command, &mut page)?;
