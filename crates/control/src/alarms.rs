@@ -2,7 +2,7 @@
 //!
 //! The table and the effects of an alarm are in the controller's `alarm` module.
 
-use super::resource::{Answer, Deserialize, Handle, Json, Path, Problem, Serialize, ToSchema, View};
+use super::resource::{Answer, Deserialize, Handle, Json, Path, Problem, Serialize, View, call};
 use ts3100_book::explain_path;
 use ts3100_controller::Action;
 use ts3100_controller::alarm::{ALARMS, Alarm, AlarmCode, AlarmSource};
@@ -11,7 +11,8 @@ use ts3100_controller::alarm::{ALARMS, Alarm, AlarmCode, AlarmSource};
 const MAX_DETAIL: usize = 200;
 
 /// An alarm that was raised.
-#[derive(Debug, Clone, Serialize, ToSchema)]
+#[derive(Debug, Clone, Serialize)]
+#[cfg_attr(test, derive(utoipa::ToSchema))]
 pub struct ActiveAlarm {
     /// Number, as `level-code`.
     number: String,
@@ -30,7 +31,8 @@ pub struct ActiveAlarm {
 }
 
 /// A row of the alarm table.
-#[derive(Debug, Clone, Serialize, ToSchema)]
+#[derive(Debug, Clone, Serialize)]
+#[cfg_attr(test, derive(utoipa::ToSchema))]
 pub struct AlarmRow {
     /// Number, as `level-code`.
     number: String,
@@ -49,8 +51,8 @@ pub struct AlarmRow {
 }
 
 /// Active alarms and the error history.
-#[derive(Debug, Clone, Serialize, ToSchema)]
-#[schema(as = Alarms)]
+#[derive(Debug, Clone, Serialize)]
+#[cfg_attr(test, derive(utoipa::ToSchema), schema(as = Alarms))]
 pub struct AlarmList {
     /// Active alarms, oldest first.
     active: Vec<ActiveAlarm>,
@@ -59,16 +61,16 @@ pub struct AlarmList {
 }
 
 /// The alarm to raise.
-#[derive(Debug, Clone, Deserialize, ToSchema)]
+#[derive(Debug, Clone, Deserialize)]
+#[cfg_attr(test, derive(utoipa::ToSchema), schema(as = Raise))]
 #[serde(deny_unknown_fields)]
-#[schema(as = Raise)]
 pub struct RaiseRequest {
     /// `level-code` as the table has it, for example `2-046`.
-    #[schema(example = "2-046", pattern = "^[1248]-[0-9]{3}$")]
+    #[cfg_attr(test, schema(example = "2-046", pattern = "^[1248]-[0-9]{3}$"))]
     number: String,
     /// Detail that follows the text of the alarm; without a comma.
     #[serde(default)]
-    #[schema(max_length = 200, pattern = "^[ !-+.-~-]*$")]
+    #[cfg_attr(test, schema(max_length = 200, pattern = "^[ !-+.-~-]*$"))]
     detail: String,
 }
 
@@ -111,10 +113,12 @@ impl AlarmList {
     }
 }
 
-/// Raise an alarm
-///
-/// The level decides about the effect: 8 and 4 stop the robot immediately, 2 stops it after the current step.
-#[utoipa::path(post, path = "/alarms", request_body = RaiseRequest, responses((status = 200, body = AlarmList)))]
+call! {
+    /// Raise an alarm
+    ///
+    /// The level decides about the effect: 8 and 4 stop the robot immediately, 2 stops it after the current step.
+    raise_alarm = post("/alarms", request_body = RaiseRequest, responses((status = 200, body = AlarmList)))
+}
 pub async fn raise_alarm(handle: Handle, Json(body): Json<RaiseRequest>) -> Answer<AlarmList> {
     let RaiseRequest { number, detail } = body;
     let plain = |letter: char| (letter == ' ' || letter.is_ascii_graphic()) && letter != ',';
@@ -126,15 +130,21 @@ pub async fn raise_alarm(handle: Handle, Json(body): Json<RaiseRequest>) -> Answ
     handle.act(action, AlarmList::new).await.map(Json)
 }
 
-/// List every alarm of the controller
-#[utoipa::path(get, path = "/alarms/table", responses((status = 200, description = "All alarms, with cause and remedy.", body = Vec<AlarmRow>)))]
+call! {
+    /// List every alarm of the controller
+    get_alarm_table = get("/alarms/table",
+        responses((status = 200, description = "All alarms, with cause and remedy.", body = Vec<AlarmRow>)))
+}
 pub async fn get_alarm_table() -> Json<Vec<AlarmRow>> {
     Json(ALARMS.iter().map(AlarmRow::new).collect())
 }
 
-/// Look up an alarm by its number
-#[utoipa::path(get, path = "/alarms/table/{number}", responses((status = 200, body = AlarmRow)),
-    params(("number" = String, Path, description = "`level-code`, for example `2-046`")))]
+call! {
+    /// Look up an alarm by its number
+    get_alarm_row = get("/alarms/table/{number}",
+        responses((status = 200, body = AlarmRow)),
+        params(("number" = String, Path, description = "`level-code`, for example `2-046`")))
+}
 pub async fn get_alarm_row(Path(number): Path<String>) -> Answer<AlarmRow> {
     let row = AlarmCode::from_number(&number);
     row.map(|row| Json(AlarmRow::new(&row))).ok_or_else(|| {

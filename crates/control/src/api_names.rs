@@ -4,15 +4,13 @@
 //! They say how serde and the OpenAPI document spell the controller's types, because that spelling is a public format.
 
 use serde::{Deserialize, Serialize};
-use std::borrow::Cow;
 use ts3100_controller::{ControlRight, KeySwitch, Port};
 use ts3100_proto::command::RunMode;
 use ts3100_proto::status::ExecutionStatus;
-use utoipa::openapi::{RefOr, Schema};
-use utoipa::{PartialSchema, ToSchema};
 
 /// Position of the key switch.
-#[derive(Serialize, Deserialize, ToSchema)]
+#[derive(Serialize, Deserialize)]
+#[cfg_attr(test, derive(utoipa::ToSchema))]
 #[serde(remote = "KeySwitch", rename_all = "lowercase")]
 pub enum KeyPosition {
     Teaching,
@@ -21,7 +19,8 @@ pub enum KeyPosition {
 }
 
 /// Who commands the robot while the key switch is at EXT.
-#[derive(Serialize, Deserialize, ToSchema)]
+#[derive(Serialize, Deserialize)]
+#[cfg_attr(test, derive(utoipa::ToSchema))]
 #[serde(remote = "ControlRight", rename_all = "lowercase")]
 pub enum RightHolder {
     Sig,
@@ -30,9 +29,9 @@ pub enum RightHolder {
 }
 
 /// Operation mode.
-#[derive(Serialize, Deserialize, ToSchema)]
+#[derive(Serialize, Deserialize)]
+#[cfg_attr(test, derive(utoipa::ToSchema), schema(as = RunMode))]
 #[serde(remote = "RunMode", rename_all = "lowercase")]
-#[schema(as = RunMode)]
 pub enum RunModeName {
     /// Starts again after the last statement.
     Continuous,
@@ -45,7 +44,8 @@ pub enum RunModeName {
 }
 
 /// A communication port. Calls accept lower case too.
-#[derive(Serialize, Deserialize, ToSchema)]
+#[derive(Serialize, Deserialize)]
+#[cfg_attr(test, derive(utoipa::ToSchema))]
 #[serde(remote = "Port", rename_all = "UPPERCASE")]
 pub enum PortName {
     #[serde(alias = "host")]
@@ -68,9 +68,9 @@ pub enum PortName {
 pub struct NamedPort(#[serde(with = "PortName")] pub Port);
 
 /// Execution status.
-#[derive(Serialize, Deserialize, ToSchema)]
+#[derive(Serialize, Deserialize)]
+#[cfg_attr(test, derive(utoipa::ToSchema), schema(as = Status))]
 #[serde(remote = "ExecutionStatus")]
-#[schema(as = Status)]
 pub enum StatusName {
     /// A program or the statement of DO runs.
     #[serde(rename = "running")]
@@ -91,14 +91,16 @@ pub enum StatusName {
 #[serde(transparent)]
 pub struct NamedStatus(#[serde(with = "StatusName")] pub ExecutionStatus);
 
-impl PartialSchema for NamedStatus {
-    fn schema() -> RefOr<Schema> {
+#[cfg(test)]
+impl utoipa::PartialSchema for NamedStatus {
+    fn schema() -> utoipa::openapi::RefOr<utoipa::openapi::Schema> {
         StatusName::schema()
     }
 }
 
-impl ToSchema for NamedStatus {
-    fn name() -> Cow<'static, str> {
+#[cfg(test)]
+impl utoipa::ToSchema for NamedStatus {
+    fn name() -> std::borrow::Cow<'static, str> {
         StatusName::name()
     }
 }

@@ -3,11 +3,12 @@
 //! `/arm/pose` is the part that changes while the arm moves, for readers that draw an animation.
 
 use super::noise::without_noise;
-use super::resource::{Serialize, ToSchema, View};
+use super::resource::{Serialize, View};
 use ts3100_controller::model::{ArmKind, ArmModel};
 
 /// The arm with its model.
-#[derive(Debug, Clone, Serialize, ToSchema)]
+#[derive(Debug, Clone, Serialize)]
+#[cfg_attr(test, derive(utoipa::ToSchema))]
 pub struct ArmPicture {
     /// Posture and tool point.
     #[serde(flatten)]
@@ -29,7 +30,8 @@ pub struct ArmPicture {
 }
 
 /// Posture and tool point of the arm.
-#[derive(Debug, Clone, Serialize, ToSchema)]
+#[derive(Debug, Clone, Serialize)]
+#[cfg_attr(test, derive(utoipa::ToSchema))]
 pub struct ArmPosture {
     /// Virtual time in seconds.
     t: f64,
@@ -44,8 +46,8 @@ pub struct ArmPosture {
 }
 
 /// A model of arm.
-#[derive(Debug, Clone, Serialize, ToSchema)]
-#[schema(as = ArmModel)]
+#[derive(Debug, Clone, Serialize)]
+#[cfg_attr(test, derive(utoipa::ToSchema), schema(as = ArmModel))]
 struct ModelInfo {
     /// Name of the model.
     name: String,
@@ -62,8 +64,8 @@ struct ModelInfo {
 }
 
 /// An axis: degrees, or mm for axis 3 of a SCARA.
-#[derive(Debug, Clone, Copy, Serialize, ToSchema)]
-#[schema(as = Axis)]
+#[derive(Debug, Clone, Copy, Serialize)]
+#[cfg_attr(test, derive(utoipa::ToSchema), schema(as = Axis))]
 struct AxisInfo {
     /// Lowest value.
     min: f64,
@@ -74,7 +76,8 @@ struct AxisInfo {
 }
 
 /// Lengths of an arm in mm.
-#[derive(Debug, Clone, Copy, Serialize, ToSchema)]
+#[derive(Debug, Clone, Copy, Serialize)]
+#[cfg_attr(test, derive(utoipa::ToSchema))]
 #[serde(untagged)]
 enum Geometry {
     /// Of a six-axis arm.

@@ -4,19 +4,19 @@
 
 use super::api_names::{NamedPort, PortName};
 use super::body::parse_hex;
-use super::resource::{Answer, Deserialize, Handle, Json, NoBody, Path, Problem, Serialize, ToSchema, View};
+use super::resource::{Answer, Deserialize, Handle, Json, NoBody, Path, Problem, Serialize, View, call};
 use ts3100_controller::port::Port;
 use ts3100_controller::queries::PortView;
 use ts3100_driver::driver::request::{LinkAction, Request};
 use ts3100_proto::escape::{Escaped, hex_digits};
 
 /// A communication port.
-#[derive(Debug, Clone, Serialize, ToSchema)]
-#[schema(as = Channel)]
+#[derive(Debug, Clone, Serialize)]
+#[cfg_attr(test, derive(utoipa::ToSchema), schema(as = Channel))]
 pub struct ChannelStatus {
     /// Name of the port.
     #[serde(with = "PortName")]
-    #[schema(value_type = PortName)]
+    #[cfg_attr(test, schema(value_type = PortName))]
     port: Port,
     /// TCP port on which it accepts connections; absent if it accepts none.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -39,9 +39,9 @@ pub struct ChannelStatus {
 }
 
 /// Bytes, as text or as hexadecimal digits.
-#[derive(Debug, Clone, Deserialize, ToSchema)]
+#[derive(Debug, Clone, Deserialize)]
+#[cfg_attr(test, derive(utoipa::ToSchema), schema(as = Bytes))]
 #[serde(rename_all = "lowercase", deny_unknown_fields)]
-#[schema(as = Bytes)]
 pub enum ByteContent {
     /// As text in UTF-8.
     Text(String),
@@ -50,8 +50,8 @@ pub enum ByteContent {
 }
 
 /// Hexadecimal digits, two a byte, blanks between them allowed.
-#[derive(Debug, Clone, Deserialize, ToSchema)]
-#[schema(as = HexDigits, pattern = "^ *([0-9a-fA-F] *[0-9a-fA-F] *)*$")]
+#[derive(Debug, Clone, Deserialize)]
+#[cfg_attr(test, derive(utoipa::ToSchema), schema(as = HexDigits, pattern = "^ *([0-9a-fA-F] *[0-9a-fA-F] *)*$"))]
 pub struct HexDigits(String);
 
 impl ByteContent {
@@ -90,9 +90,12 @@ impl ChannelStatus {
     }
 }
 
-/// Get a communication port
-#[utoipa::path(get, path = "/channels/{port}", params(("port" = PortName, Path, description = "Name of the port")),
-    responses((status = 200, body = ChannelStatus)))]
+call! {
+    /// Get a communication port
+    get_channel = get("/channels/{port}",
+        params(("port" = PortName, Path, description = "Name of the port")),
+        responses((status = 200, body = ChannelStatus)))
+}
 pub async fn get_channel(handle: Handle, Path(NamedPort(port)): Path<NamedPort>) -> Answer<ChannelStatus> {
     let look = move |view: &View<'_>| ChannelStatus::new(view, port);
     handle.query(look).await.map(Json)
@@ -103,11 +106,16 @@ async fn act_on_link(handle: &Handle, port: Port, action: LinkAction) -> Answer<
     handle.change(Request::LinkAction, action, look).await.map(Json)
 }
 
-/// Inject bytes as if they had come from the peer
-///
-/// On HOST and IP0 a peer must be connected; it gets the answer.
-#[utoipa::path(post, path = "/channels/{port}/inject", operation_id = "inject_bytes", params(("port" = PortName, Path, description = "Name of the port")),
-    request_body = ByteContent, responses((status = 200, body = ChannelStatus)))]
+call! {
+    /// Inject bytes as if they had come from the peer
+    ///
+    /// On HOST and IP0 a peer must be connected; it gets the answer.
+    inject = post("/channels/{port}/inject",
+        operation_id = "inject_bytes",
+        params(("port" = PortName, Path, description = "Name of the port")),
+        request_body = ByteContent,
+        responses((status = 200, body = ChannelStatus)))
+}
 pub async fn inject(
     handle: Handle,
     Path(NamedPort(port)): Path<NamedPort>,
@@ -118,11 +126,14 @@ pub async fn inject(
     act_on_link(&handle, port, action).await
 }
 
-/// Close the connection of a port
-///
-/// The port keeps accepting, or dialling.
-#[utoipa::path(post, path = "/channels/{port}/drop", params(("port" = PortName, Path, description = "Name of the port")),
-    responses((status = 200, body = ChannelStatus)))]
+call! {
+    /// Close the connection of a port
+    ///
+    /// The port keeps accepting, or dialling.
+    drop_peer = post("/channels/{port}/drop",
+        params(("port" = PortName, Path, description = "Name of the port")),
+        responses((status = 200, body = ChannelStatus)))
+}
 pub async fn drop_peer(
     handle: Handle,
     Path(NamedPort(port)): Path<NamedPort>,

@@ -4,15 +4,15 @@
 //! the robot. Nothing is stored.
 
 use super::files::missing;
-use super::resource::{Answer, Deserialize, Handle, Json, Problem, Serialize, ToSchema, View};
+use super::resource::{Answer, Deserialize, Handle, Json, Problem, Serialize, View, call};
 use scol_mini::{Diagnostic, DiagnosticKind, check_with_points};
 use tokio::task::spawn_blocking;
 use ts3100_book::explain_path;
 
 /// The program to check.
-#[derive(Debug, Clone, Deserialize, ToSchema)]
+#[derive(Debug, Clone, Deserialize)]
+#[cfg_attr(test, derive(utoipa::ToSchema), schema(as = Check))]
 #[serde(rename_all = "lowercase", try_from = "CheckFields")]
-#[schema(as = Check)]
 pub enum CheckRequest {
     /// This text; the language accepts at most 99,999 bytes.
     Text(String),
@@ -47,8 +47,8 @@ impl TryFrom<CheckFields> for CheckRequest {
 }
 
 /// An error or a warning about a program.
-#[derive(Debug, Clone, Serialize, ToSchema)]
-#[schema(as = Diagnostic)]
+#[derive(Debug, Clone, Serialize)]
+#[cfg_attr(test, derive(utoipa::ToSchema), schema(as = Diagnostic))]
 pub struct ProgramDiagnostic {
     /// Line, from 1.
     line: u32,
@@ -99,11 +99,16 @@ impl ProgramDiagnostic {
     }
 }
 
-/// Check a program without storing it
-///
-/// For the arm, the options and the taught points of this robot; otherwise as `ts3100 check` does.
-#[utoipa::path(post, path = "/check", operation_id = "check_program", request_body = CheckRequest,
-    responses((status = 200, description = "Errors and warnings in the order of the source, at most 100; empty when there are none.", body = Vec<ProgramDiagnostic>)))]
+call! {
+    /// Check a program without storing it
+    ///
+    /// For the arm, the options and the taught points of this robot; otherwise as `ts3100 check` does.
+    check = post("/check",
+        operation_id = "check_program",
+        request_body = CheckRequest,
+        responses((status = 200, description = "Errors and warnings in the order of the source, at most 100; empty when there are none.",
+            body = Vec<ProgramDiagnostic>)))
+}
 pub async fn check(handle: Handle, Json(body): Json<CheckRequest>) -> Answer<Vec<ProgramDiagnostic>> {
     let look = move |view: &View<'_>| {
         let config = view.controller.config();

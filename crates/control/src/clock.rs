@@ -4,10 +4,10 @@
 //! The clock is [`ts3100_driver::clock`]. Conditions are those of the controller ([`Condition`]); some have a JSON form
 //! besides.
 
-use super::api_names::{NamedPort, NamedStatus, PortName};
+use super::api_names::{NamedPort, NamedStatus};
 use super::body::{Seconds, number_that, object_only, whole_number};
 use super::lines::require_line;
-use super::resource::{Answer, Deserialize, Handle, Json, Problem, Serialize, ToSchema, View};
+use super::resource::{Answer, Deserialize, Handle, Json, Problem, Serialize, View, call};
 use axum::http::StatusCode;
 use serde::Deserializer;
 use serde::de::Error as _;
@@ -26,8 +26,8 @@ pub const DEFAULT_WALL: Duration = Duration::from_secs(30);
 const MAX_PRINTED_TEXT: usize = 256;
 
 /// The clock.
-#[derive(Debug, Clone, Serialize, ToSchema)]
-#[schema(as = Clock)]
+#[derive(Debug, Clone, Serialize)]
+#[cfg_attr(test, derive(utoipa::ToSchema), schema(as = Clock))]
 pub struct ClockStatus {
     /// How time passes: `real`, `xN`, `stepped`, `auto`.
     mode: String,
@@ -45,55 +45,59 @@ pub struct ClockStatus {
 }
 
 /// The new mode of the clock.
-#[derive(Debug, Clone, Deserialize, ToSchema)]
+#[derive(Debug, Clone, Deserialize)]
+#[cfg_attr(test, derive(utoipa::ToSchema), schema(as = SetClock))]
 #[serde(deny_unknown_fields)]
-#[schema(as = SetClock)]
 pub struct SetModeRequest {
     /// `real`, `x` and a factor up to 100000, `stepped`, `auto`.
-    #[schema(
-        example = "stepped",
-        pattern = "^(real|stepped|auto|x([1-9][0-9]{0,4}([.][0-9]{1,9})?|100000|0[.][0-9]{0,9}[1-9]))$"
+    #[cfg_attr(
+        test,
+        schema(
+            example = "stepped",
+            pattern = "^(real|stepped|auto|x([1-9][0-9]{0,4}([.][0-9]{1,9})?|100000|0[.][0-9]{0,9}[1-9]))$"
+        )
     )]
     mode: String,
 }
 
 /// An amount of time.
-#[derive(Debug, Clone, Copy, Deserialize, ToSchema)]
+#[derive(Debug, Clone, Copy, Deserialize)]
+#[cfg_attr(test, derive(utoipa::ToSchema), schema(as = Advance))]
 #[serde(deny_unknown_fields)]
-#[schema(as = Advance)]
 pub struct AdvanceRequest {
     /// Virtual time to advance, in seconds.
-    #[schema(value_type = f64, minimum = 0, maximum = 100_000_000)]
+    #[cfg_attr(test, schema(value_type = f64, minimum = 0, maximum = 100_000_000))]
     seconds: Seconds,
     /// Longest wall-clock time the call may take, in seconds; default 30.
     #[serde(default)]
-    #[schema(value_type = Option<f64>, minimum = 0.1, maximum = 600)]
+    #[cfg_attr(test, schema(value_type = Option<f64>, minimum = 0.1, maximum = 600))]
     wall: Option<Seconds>,
 }
 
 /// A condition to wait for, and time limits.
-#[derive(Debug, Clone, Deserialize, ToSchema)]
+#[derive(Debug, Clone, Deserialize)]
+#[cfg_attr(test, derive(utoipa::ToSchema), schema(as = WaitFor))]
 #[serde(deny_unknown_fields)]
-#[schema(as = WaitFor)]
 pub struct WaitRequest {
     #[serde(deserialize_with = "text_or_object")]
-    #[schema(inline)]
+    #[cfg_attr(test, schema(inline))]
     condition: ConditionBody,
     /// Longest virtual time to wait, in seconds.
-    #[schema(value_type = f64, minimum = 0, maximum = 100_000_000)]
+    #[cfg_attr(test, schema(value_type = f64, minimum = 0, maximum = 100_000_000))]
     within: Seconds,
     /// Longest wall-clock time the call may take, in seconds; default 30.
     #[serde(default)]
-    #[schema(value_type = Option<f64>, minimum = 0.1, maximum = 600)]
+    #[cfg_attr(test, schema(value_type = Option<f64>, minimum = 0.1, maximum = 600))]
     wall: Option<Seconds>,
 }
 
 /// The condition, as text (`output 5 on`; `/book/reference/conditions` lists all) or as an object.
-#[derive(Debug, Clone, Deserialize, ToSchema)]
+#[derive(Debug, Clone, Deserialize)]
+#[cfg_attr(test, derive(utoipa::ToSchema))]
 #[serde(untagged)]
 pub enum ConditionBody {
     /// In words.
-    #[schema(example = "output 5 on")]
+    #[cfg_attr(test, schema(example = "output 5 on"))]
     Text(String),
     /// As an object, which some conditions have.
     Object(ConditionRequest),
@@ -110,9 +114,9 @@ fn text_or_object<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Conditio
 }
 
 /// A condition as an object. "Since" means since the call.
-#[derive(Debug, Clone, Deserialize, ToSchema)]
+#[derive(Debug, Clone, Deserialize)]
+#[cfg_attr(test, derive(utoipa::ToSchema), schema(as = Condition))]
 #[serde(rename_all = "lowercase", deny_unknown_fields)]
-#[schema(as = Condition)]
 pub enum ConditionRequest {
     /// The execution status is this, or has been since.
     Status(NamedStatus),
@@ -125,21 +129,22 @@ pub enum ConditionRequest {
     /// This was printed since.
     Printed(#[serde(deserialize_with = "object_only")] PrintedCondition),
     /// The alarm of this number, or `any`, is active or was raised since.
-    #[schema(example = "2-046")]
+    #[cfg_attr(test, schema(example = "2-046"))]
     Alarm(String),
     /// No program runs, the arm is at rest, and no exchange is open.
     Idle(#[serde(deserialize_with = "object_only")] EmptyObject),
 }
 
 /// An empty object.
-#[derive(Debug, Clone, Copy, Deserialize, ToSchema)]
+#[derive(Debug, Clone, Copy, Deserialize)]
+#[cfg_attr(test, derive(utoipa::ToSchema))]
 #[serde(deny_unknown_fields)]
 pub struct EmptyObject {}
 
 /// A line of a file, from 1.
-#[derive(Debug, Clone, Copy, Deserialize, ToSchema)]
+#[derive(Debug, Clone, Copy, Deserialize)]
+#[cfg_attr(test, derive(utoipa::ToSchema), schema(minimum = 1, maximum = 99999))]
 #[serde(transparent)]
-#[schema(minimum = 1, maximum = 99999)]
 pub struct FileLine(#[serde(deserialize_with = "file_line")] u32);
 
 fn file_line<'de, D: Deserializer<'de>>(deserializer: D) -> Result<u32, D::Error> {
@@ -156,33 +161,35 @@ fn line_number<'de, D: Deserializer<'de>>(deserializer: D) -> Result<u16, D::Err
 }
 
 /// The state of a line.
-#[derive(Debug, Clone, Copy, Deserialize, ToSchema)]
+#[derive(Debug, Clone, Copy, Deserialize)]
+#[cfg_attr(test, derive(utoipa::ToSchema))]
 #[serde(deny_unknown_fields)]
 pub struct LineCondition {
     /// Number of the line.
     #[serde(deserialize_with = "line_number")]
-    #[schema(minimum = 1, maximum = 464)]
+    #[cfg_attr(test, schema(minimum = 1, maximum = 464))]
     line: u16,
     /// Whether it is on.
     on: bool,
 }
 
 /// A printed text.
-#[derive(Debug, Clone, Deserialize, ToSchema)]
+#[derive(Debug, Clone, Deserialize)]
+#[cfg_attr(test, derive(utoipa::ToSchema))]
 #[serde(deny_unknown_fields)]
 pub struct PrintedCondition {
     /// The channel; default: the teach pendant.
     #[serde(default)]
-    #[schema(value_type = Option<PortName>)]
+    #[cfg_attr(test, schema(value_type = Option<super::api_names::PortName>))]
     channel: Option<NamedPort>,
     /// The text, anywhere in what is printed.
-    #[schema(min_length = 1, max_length = 256)]
+    #[cfg_attr(test, schema(min_length = 1, max_length = 256))]
     text: String,
 }
 
 /// How a wait ended.
-#[derive(Debug, Clone, Copy, Serialize, ToSchema)]
-#[schema(as = WaitResult)]
+#[derive(Debug, Clone, Copy, Serialize)]
+#[cfg_attr(test, derive(utoipa::ToSchema), schema(as = WaitResult))]
 pub struct WaitResponse {
     /// Whether the condition holds or the time was advanced; otherwise the virtual time ran out.
     reached: bool,
@@ -278,11 +285,13 @@ impl From<WaitResult> for WaitResponse {
     }
 }
 
-/// Set how time passes
-///
-/// `real`: as wall-clock time. `xN`: N times as fast. `stepped`: only by `advance` and `advance-until`. `auto`: jumps
-/// to the next event while every host is silent.
-#[utoipa::path(put, path = "/clock", request_body = SetModeRequest, responses((status = 200, body = ClockStatus)))]
+call! {
+    /// Set how time passes
+    ///
+    /// `real`: as wall-clock time. `xN`: N times as fast. `stepped`: only by `advance` and `advance-until`. `auto`: jumps
+    /// to the next event while every host is silent.
+    put_clock = put("/clock", request_body = SetModeRequest, responses((status = 200, body = ClockStatus)))
+}
 pub async fn put_clock(handle: Handle, Json(body): Json<SetModeRequest>) -> Answer<ClockStatus> {
     let action = LinkAction::TimeMode(time_mode(body.mode)?);
     let changed = handle.change(Request::LinkAction, action, ClockStatus::new);
@@ -297,10 +306,15 @@ pub(super) fn time_mode(mode: String) -> Result<TimeMode, Problem> {
     })
 }
 
-/// Advance time by an amount
-///
-/// Works in every mode. Everything that is due in this time happens at its own moment, before the call returns.
-#[utoipa::path(post, path = "/clock/advance", operation_id = "advance_time", request_body = AdvanceRequest, responses((status = 200, body = WaitResponse)))]
+call! {
+    /// Advance time by an amount
+    ///
+    /// Works in every mode. Everything that is due in this time happens at its own moment, before the call returns.
+    advance = post("/clock/advance",
+        operation_id = "advance_time",
+        request_body = AdvanceRequest,
+        responses((status = 200, body = WaitResponse)))
+}
 pub async fn advance(handle: Handle, Json(body): Json<AdvanceRequest>) -> Answer<WaitResponse> {
     let wall = wall_limit(body.wall)?;
     let wait = Wait::new(None, body.seconds.0, true);
@@ -313,19 +327,29 @@ pub async fn advance(handle: Handle, Json(body): Json<AdvanceRequest>) -> Answer
     Ok(Json(ended))
 }
 
-/// Advance time until a condition holds
-///
-/// As `advance`; time stops at the moment at which the condition holds, or after `within`.
-#[utoipa::path(post, path = "/clock/advance-until", operation_id = "advance_time_until", request_body = WaitRequest, responses((status = 200, body = WaitResponse)))]
+call! {
+    /// Advance time until a condition holds
+    ///
+    /// As `advance`; time stops at the moment at which the condition holds, or after `within`.
+    advance_until = post("/clock/advance-until",
+        operation_id = "advance_time_until",
+        request_body = WaitRequest,
+        responses((status = 200, body = WaitResponse)))
+}
 pub async fn advance_until(handle: Handle, Json(body): Json<WaitRequest>) -> Answer<WaitResponse> {
     let (wait, wall) = body.into_wait(true)?;
     Ok(Json(handle.wait(wait, wall).await?.into()))
 }
 
-/// Wait until a condition holds
-///
-/// Does not advance time. In `stepped` mode another client has to advance it.
-#[utoipa::path(post, path = "/wait", operation_id = "wait_until", request_body = WaitRequest, responses((status = 200, body = WaitResponse)))]
+call! {
+    /// Wait until a condition holds
+    ///
+    /// Does not advance time. In `stepped` mode another client has to advance it.
+    wait = post("/wait",
+        operation_id = "wait_until",
+        request_body = WaitRequest,
+        responses((status = 200, body = WaitResponse)))
+}
 pub async fn wait(handle: Handle, Json(body): Json<WaitRequest>) -> Answer<WaitResponse> {
     let (wait, wall) = body.into_wait(false)?;
     Ok(Json(handle.wait(wait, wall).await?.into()))

@@ -17,8 +17,8 @@ use super::panel::{
 use super::parameters::Parameters;
 use super::pendant::PendantStatus;
 use super::power::PowerStatus;
-use super::resource::{Answer, Handle, Json, NoBody, Problem, View};
-use super::route_table::{Call, call};
+use super::resource::{Answer, Handle, Json, NoBody, Problem, View, call};
+use super::route_table::Call;
 use super::status_frame::StatusField;
 use super::variables::VariableInfo;
 use ts3100_controller::{PanelAction, controls};
@@ -54,39 +54,57 @@ macro_rules! calls_of_controls {
                 answer: ($read:ty, $read_by:path $(, $about:literal)?),
             }
         )* }
-    ) => { utoipa_axum::paste! {
+    ) => {
         $(
-            #[doc = $get]
-            #[utoipa::path(get, path = $path, responses((status = 200, body = $document)))]
-            async fn [<get_ $name>](handle: Handle) -> Answer<$document> {
-                handle.query([<look_at_ $name>]).await.map(Json)
-            }
+            // Not by the name of the control: `override` is a keyword.
+            mod $act {
+                use super::*;
 
-            $(#[$doc])*
-            #[utoipa::path(put, path = $path, request_body = $document, responses((status = 200, body = $document)))]
-            async fn [<put_ $name>](handle: Handle, Json($document { $field }): Json<$document>) -> Answer<$document> {
-                $( let range = $range;
-                if !range.contains(&$field) {
-                    let expected = format!("{} to {}", range.start(), range.end());
-                    return Err(Problem::invalid(stringify!($field), expected, $field));
-                } )?
-                handle.press(PanelAction::$variant($field), [<look_at_ $name>]).await
-            }
+                call! {
+                    #[doc = $get]
+                    get = get($path,
+                        operation_id = concat!("get_", stringify!($name)),
+                        responses((status = 200, body = $document)))
+                }
+                pub async fn get(handle: Handle) -> Answer<$document> {
+                    handle.query(look).await.map(Json)
+                }
 
-            fn [<look_at_ $name>](view: &View<'_>) -> $document {
-                $document { $field: view.controller.state().$state }
+                call! {
+                    $(#[$doc])*
+                    put = put($path,
+                        operation_id = concat!("put_", stringify!($name)),
+                        request_body = $document,
+                        responses((status = 200, body = $document)))
+                }
+                pub async fn put(handle: Handle, Json($document { $field }): Json<$document>) -> Answer<$document> {
+                    $( let range = $range;
+                    if !range.contains(&$field) {
+                        let expected = format!("{} to {}", range.start(), range.end());
+                        return Err(Problem::invalid(stringify!($field), expected, $field));
+                    } )?
+                    handle.press(PanelAction::$variant($field), look).await
+                }
+
+                pub fn look(view: &View<'_>) -> $document {
+                    $document { $field: view.controller.state().$state }
+                }
             }
         )*
         $(
-            $(#[$press_doc])*
-            #[utoipa::path(post, path = $press_path, responses((status = 200, body = $answer)))]
+            call! {
+                $(#[$press_doc])*
+                $press_name = post($press_path, responses((status = 200, body = $answer)))
+            }
             async fn $press_name(handle: Handle, _: NoBody) -> Answer<$answer> {
                 handle.press(PanelAction::$press, $look).await
             }
         )*
         $(
-            $(#[$query_doc])*
-            #[utoipa::path(get, path = $query_path, responses((status = 200, $(description = $about,)? body = $read)))]
+            call! {
+                $(#[$query_doc])*
+                $query = get($query_path, responses((status = 200, $(description = $about,)? body = $read)))
+            }
             async fn $query(handle: Handle) -> Answer<$read> {
                 handle.query($read_by).await.map(Json)
             }
@@ -95,12 +113,12 @@ macro_rules! calls_of_controls {
         /// The calls of the table of controls.
         pub fn calls() -> Vec<Call> {
             vec![
-                $( call!("panel", self::[<get_ $name>]), call!("panel", self::[<put_ $name>]), )*
-                $( call!(stringify!($group), self::$press_name), )*
-                $( call!(stringify!($query_group), self::$query), )*
+                $( $act::get::call("panel"), $act::put::call("panel"), )*
+                $( $press_name::call(stringify!($group)), )*
+                $( $query::call(stringify!($query_group)), )*
             ]
         }
-    } };
+    };
 }
 
 controls!(calls_of_controls);

@@ -3,11 +3,12 @@
 //! The record counts anyway, for the reports at the end of a run; nothing is counted for this call alone. The document is
 //! that of [`ts3100_recording::reports::coverage`].
 
-use super::resource::{Answer, Handle, Json, ToSchema, View};
+use super::resource::{Answer, Handle, Json, View, call};
 use ts3100_recording::reports::CoverageReport;
 
 /// Coverage of the permission tables, as `--coverage FILE` writes it.
-#[derive(ToSchema)]
+#[cfg(test)]
+#[derive(utoipa::ToSchema)]
 #[expect(
     dead_code,
     reason = "it is only described; what is answered is `CoverageReport`"
@@ -26,7 +27,8 @@ struct Coverage {
 }
 
 /// A command in a master mode on a port, and its outcome.
-#[derive(ToSchema)]
+#[cfg(test)]
+#[derive(utoipa::ToSchema)]
 #[expect(
     dead_code,
     reason = "it is only described; what is answered is `CoverageReport`"
@@ -46,10 +48,12 @@ struct CoverageCell {
     reachable: bool,
 }
 
-/// Get the coverage of the permission tables
-///
-/// Commands of the hosts since the start or the last reset, by master mode and outcome.
-#[utoipa::path(get, path = "/coverage", responses((status = 200, body = Coverage)))]
+call! {
+    /// Get the coverage of the permission tables
+    ///
+    /// Commands of the hosts since the start or the last reset, by master mode and outcome.
+    get_coverage = get("/coverage", responses((status = 200, body = Coverage)))
+}
 pub async fn get_coverage(handle: Handle) -> Answer<CoverageReport> {
     let record = handle.record.clone();
     let look = move |view: &View<'_>| record.coverage_since_reset(view.controller.config());

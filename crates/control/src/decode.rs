@@ -4,7 +4,7 @@
 //! recording can be decoded too.
 
 use super::body::parse_hex;
-use super::resource::{Answer, Deserialize, Json, Problem, Serialize, ToSchema};
+use super::resource::{Answer, Deserialize, Json, Problem, Serialize, call};
 use ts3100_proto::dissect::{DissectedField, dissect};
 use ts3100_proto::dissect_command::dissect_command;
 use ts3100_proto::text::STX;
@@ -13,9 +13,9 @@ use ts3100_proto::text::STX;
 const MAX_TEXT: usize = 4_096;
 
 /// Sender of a text.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, ToSchema)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
+#[cfg_attr(test, derive(utoipa::ToSchema), schema(as = TextSender))]
 #[serde(rename_all = "lowercase")]
-#[schema(as = TextSender)]
 enum Sender {
     /// The host.
     Host,
@@ -24,9 +24,9 @@ enum Sender {
 }
 
 /// A text to decode.
-#[derive(Debug, Clone, Deserialize, ToSchema)]
+#[derive(Debug, Clone, Deserialize)]
+#[cfg_attr(test, derive(utoipa::ToSchema), schema(as = Decode))]
 #[serde(deny_unknown_fields)]
-#[schema(as = Decode)]
 pub struct DecodeRequest {
     /// Sender of the text.
     direction: Sender,
@@ -37,20 +37,21 @@ pub struct DecodeRequest {
     command: Option<String>,
     /// The text as it was on the wire, framing included, as hexadecimal digits, two a byte, blanks between them allowed;
     /// at most 4096 bytes.
-    #[schema(pattern = "^ *([0-9a-fA-F] *[0-9a-fA-F] *)*$")]
+    #[cfg_attr(test, schema(pattern = "^ *([0-9a-fA-F] *[0-9a-fA-F] *)*$"))]
     hex: String,
 }
 
 /// A text split into fields.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize, ToSchema)]
-#[schema(as = DecodedText)]
+#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+#[cfg_attr(test, derive(utoipa::ToSchema), schema(as = DecodedText))]
 pub struct DecodedText {
     /// Fields in the order of their bytes. An error is a field too, with the key `error`.
     fields: Vec<TextField>,
 }
 
 /// A field of a text.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize, ToSchema)]
+#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+#[cfg_attr(test, derive(utoipa::ToSchema))]
 pub struct TextField {
     /// Stable name, with dots, beginning with the command: `sf.servo`, `iw.line.1`; for the framing with `text`.
     key: String,
@@ -101,11 +102,16 @@ fn opens_download(wire: &[u8]) -> bool {
         .is_some_and(|begin| begin.eq_ignore_ascii_case(b"DL,"))
 }
 
-/// Split a text into its fields
-///
-/// A text of a host: framing, command, each operand with its name, and errors. A text of the controller: the fields of
-/// SF, the items of SU, the records of a list, the lines of a file.
-#[utoipa::path(post, path = "/decode", operation_id = "decode_text", request_body = DecodeRequest, responses((status = 200, body = DecodedText)))]
+call! {
+    /// Split a text into its fields
+    ///
+    /// A text of a host: framing, command, each operand with its name, and errors. A text of the controller: the fields of
+    /// SF, the items of SU, the records of a list, the lines of a file.
+    decode = post("/decode",
+        operation_id = "decode_text",
+        request_body = DecodeRequest,
+        responses((status = 200, body = DecodedText)))
+}
 pub async fn decode(Json(body): Json<DecodeRequest>) -> Answer<DecodedText> {
     body.decode().map(Json)
 }

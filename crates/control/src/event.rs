@@ -6,7 +6,6 @@
 use serde::{Serialize, Serializer};
 use ts3100_controller::findings::Finding;
 use ts3100_controller::{Bytes, Event, Input, Output, Port, Time, event_form};
-use utoipa::ToSchema;
 
 /// Something that happened, without its number and its moment.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -143,7 +142,8 @@ fn seconds<S: Serializer>(moment: &Time, serializer: S) -> Result<S::Ok, S::Erro
 /// An event. `event` decides which of the other keys are present.
 // Describes [`NumberedEvent`] for the OpenAPI document as one object: derived from the enums it would be one for each event.
 // A test of `events` compares the keys.
-#[derive(Serialize, ToSchema)]
+#[cfg(test)]
+#[derive(utoipa::ToSchema)]
 #[schema(as = Event)]
 pub struct ApiEvent {
     /// Its number: 1, 2, 3 and so on since the emulator was started.

@@ -4,11 +4,11 @@
 //! [`super::journal`] and described in [`super::event`].
 
 use super::body::Query;
-use super::event::{ApiEvent, NumberedEvent};
+use super::event::NumberedEvent;
 use super::handle::MAX_STREAMS;
 use super::journal::Journal;
 use super::listener::{ConnectionInfo, RequestGuard};
-use super::resource::{Deserialize, Handle, IntoParams, Problem};
+use super::resource::{Deserialize, Handle, Problem, call};
 use axum::extract::ConnectInfo;
 use axum::http::StatusCode;
 use axum::response::Sse;
@@ -24,24 +24,27 @@ use tokio::sync::{OwnedSemaphorePermit, watch};
 const BATCH: usize = 64;
 
 /// Selection of events.
-#[derive(Debug, Clone, Copy, Deserialize, IntoParams)]
+#[derive(Debug, Clone, Copy, Deserialize)]
+#[cfg_attr(test, derive(utoipa::IntoParams), into_params(parameter_in = Query))]
 #[serde(deny_unknown_fields)]
-#[into_params(parameter_in = Query)]
 pub struct EventsQuery {
     /// Number of the first event; 1 for all events in memory. Default: only new ones.
     since: Option<u64>,
     /// End the stream after this many events.
-    #[param(minimum = 1)]
+    #[cfg_attr(test, param(minimum = 1))]
     count: Option<u64>,
 }
 
-/// Stream events as Server-Sent Events
-///
-/// Each event is a JSON document; its number is the id. A reader that is too slow gets an event `missed` with the
-/// number of events it missed. With the header `Last-Event-ID` the stream continues after that event.
-#[utoipa::path(get, path = "/events", params(EventsQuery),
-    responses((status = 200, description = "One event after the other, until `count` or the end of the connection.",
-        body = ApiEvent, content_type = "text/event-stream")))]
+call! {
+    /// Stream events as Server-Sent Events
+    ///
+    /// Each event is a JSON document; its number is the id. A reader that is too slow gets an event `missed` with the
+    /// number of events it missed. With the header `Last-Event-ID` the stream continues after that event.
+    get_events = get("/events",
+        params(EventsQuery),
+        responses((status = 200, description = "One event after the other, until `count` or the end of the connection.",
+            body = crate::event::ApiEvent, content_type = "text/event-stream")))
+}
 pub async fn get_events(
     handle: Handle,
     ConnectInfo(connection): ConnectInfo<ConnectionInfo>,
@@ -141,6 +144,7 @@ impl EventReader {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::event::ApiEvent;
     use crate::event::JournalEvent;
     use crate::every_event::{bless, compare, inputs, moment, outputs};
     use crate::journal::{JournalWriter, KEPT_EVENTS};

@@ -3,7 +3,7 @@
 //! Kinds, parameters and their validation are in the controller's `faults` module.
 
 use super::body::{object_only, optional_whole, whole};
-use super::resource::{Answer, Deserialize, Handle, Json, NoBody, Path, Problem, Serialize, ToSchema, View};
+use super::resource::{Answer, Deserialize, Handle, Json, NoBody, Path, Problem, Serialize, View, call};
 use axum::http::StatusCode;
 use std::collections::BTreeMap;
 use std::fmt::Display;
@@ -17,23 +17,25 @@ use ts3100_recording::faults::points;
 const MAX_PARAMETERS: usize = 16;
 
 /// Filter of a fault; an absent key matches anything.
-#[derive(Debug, Clone, Default, Serialize, Deserialize, ToSchema)]
+#[derive(Debug, Clone, Default, Serialize, Deserialize)]
+#[cfg_attr(test, derive(utoipa::ToSchema))]
 #[serde(deny_unknown_fields, default)]
 pub struct FaultTrigger {
     /// Letters of a command: the command, the texts of its exchange, its answers.
-    #[schema(example = "SU")]
+    #[cfg_attr(test, schema(example = "SU"))]
     command: Option<String>,
     /// The port.
-    #[schema(example = "IP0")]
+    #[cfg_attr(test, schema(example = "IP0"))]
     channel: Option<String>,
     /// Number of the FL text in its exchange, from 1, or of the OK to it; 0 matches any other text.
     #[serde(deserialize_with = "optional_whole")]
-    #[schema(maximum = 1_000_000)]
+    #[cfg_attr(test, schema(maximum = 1_000_000))]
     block: Option<u32>,
 }
 
 /// Value of a parameter: a number, or text as in `--fault`.
-#[derive(Debug, Clone, Deserialize, ToSchema)]
+#[derive(Debug, Clone, Deserialize)]
+#[cfg_attr(test, derive(utoipa::ToSchema))]
 #[serde(untagged, expecting = "expected a whole number or words")]
 pub enum ParameterValue {
     /// A whole number.
@@ -43,7 +45,8 @@ pub enum ParameterValue {
 }
 
 /// The fault to arm: as text like `--fault`, or by its parts.
-#[derive(ToSchema)]
+#[cfg(test)]
+#[derive(utoipa::ToSchema)]
 #[schema(as = ArmFault)]
 #[serde(untagged)]
 #[expect(dead_code, reason = "it is only described; what is read is `ArmRequest`")]
@@ -53,45 +56,46 @@ enum ArmSchema {
 }
 
 /// A fault as text, like `--fault`.
-#[derive(ToSchema)]
+#[cfg(test)]
+#[derive(utoipa::ToSchema)]
 #[serde(deny_unknown_fields)]
 #[expect(dead_code, reason = "it is only described; what is read is `ArmRequest`")]
 struct FaultSpec {
     /// `KIND` or `KIND:key=value,key=value`; `/book/reference/faults` explains them.
-    #[schema(example = "no-reply:command=SU", max_length = 4096)]
+    #[cfg_attr(test, schema(example = "no-reply:command=SU", max_length = 4096))]
     spec: String,
 }
 
 /// A fault by its parts.
-#[derive(Debug, Clone, Deserialize, ToSchema)]
+#[derive(Debug, Clone, Deserialize)]
+#[cfg_attr(test, derive(utoipa::ToSchema), schema(as = FaultParts))]
 #[serde(deny_unknown_fields)]
-#[schema(as = FaultParts)]
 pub struct ArmRequest {
     /// One of `/faults/kinds`.
     #[serde(default)]
-    #[schema(value_type = String, required, example = "no-reply")]
+    #[cfg_attr(test, schema(value_type = String, required, example = "no-reply"))]
     kind: Option<String>,
     /// The whole fault as text like `--fault`, instead of all other fields.
     #[serde(default)]
-    #[schema(ignore)]
+    #[cfg_attr(test, schema(ignore))]
     spec: Option<String>,
     /// Number of the fault; default: the next free one. A fault with the same number is replaced.
     #[serde(default, deserialize_with = "optional_whole")]
-    #[schema(minimum = 1, maximum = 1_000_000)]
+    #[cfg_attr(test, schema(minimum = 1, maximum = 1_000_000))]
     id: Option<u32>,
     /// Filter that triggers it; some kinds have a default command.
     #[serde(default, deserialize_with = "object_only")]
     on: FaultTrigger,
     /// Number of matches to skip first.
     #[serde(default, deserialize_with = "optional_whole")]
-    #[schema(maximum = 1_000_000)]
+    #[cfg_attr(test, schema(maximum = 1_000_000))]
     after: Option<u32>,
     /// Maximum number of times it triggers; 0: no limit; default 1.
     #[serde(default, deserialize_with = "optional_whole")]
-    #[schema(maximum = 1_000_000)]
+    #[cfg_attr(test, schema(maximum = 1_000_000))]
     times: Option<u32>,
     /// Probability of triggering at a match, above 0; default 1.
-    #[schema(minimum = 0.000001, maximum = 1)]
+    #[cfg_attr(test, schema(minimum = 0.000001, maximum = 1))]
     probability: Option<f64>,
     /// The parameters of the kind.
     #[serde(default)]
@@ -99,8 +103,8 @@ pub struct ArmRequest {
 }
 
 /// A fault and its outcome.
-#[derive(Debug, Clone, Serialize, ToSchema)]
-#[schema(as = Fault)]
+#[derive(Debug, Clone, Serialize)]
+#[cfg_attr(test, derive(utoipa::ToSchema), schema(as = Fault))]
 pub struct FaultStatus {
     /// Number of the fault.
     id: u32,
@@ -129,8 +133,8 @@ pub struct FaultStatus {
 }
 
 /// All faults that were armed and not removed.
-#[derive(Debug, Clone, Serialize, ToSchema)]
-#[schema(as = Faults)]
+#[derive(Debug, Clone, Serialize)]
+#[cfg_attr(test, derive(utoipa::ToSchema), schema(as = Faults))]
 pub struct FaultList {
     /// Faults in the order of their numbers.
     faults: Vec<FaultStatus>,
@@ -139,8 +143,8 @@ pub struct FaultList {
 }
 
 /// A parameter of a kind.
-#[derive(Debug, Clone, Serialize, ToSchema)]
-#[schema(as = FaultParameter)]
+#[derive(Debug, Clone, Serialize)]
+#[cfg_attr(test, derive(utoipa::ToSchema), schema(as = FaultParameter))]
 pub struct ParameterInfo {
     /// Key of the parameter.
     name: &'static str,
@@ -153,8 +157,8 @@ pub struct ParameterInfo {
 }
 
 /// A kind of fault.
-#[derive(Debug, Clone, Serialize, ToSchema)]
-#[schema(as = FaultKind)]
+#[derive(Debug, Clone, Serialize)]
+#[cfg_attr(test, derive(utoipa::ToSchema), schema(as = FaultKind))]
 pub struct FaultKindInfo {
     /// Name of the kind.
     kind: &'static str,
@@ -301,26 +305,33 @@ impl From<FaultError> for Problem {
     }
 }
 
-/// Arm a fault
-///
-/// It triggers from now on. A fault with the same number is replaced, with counters at zero.
-#[utoipa::path(post, path = "/faults", request_body = ArmSchema, responses((status = 200, body = FaultList)))]
+call! {
+    /// Arm a fault
+    ///
+    /// It triggers from now on. A fault with the same number is replaced, with counters at zero.
+    arm_fault = post("/faults", request_body = ArmSchema, responses((status = 200, body = FaultList)))
+}
 pub async fn arm_fault(handle: Handle, Json(body): Json<ArmRequest>) -> Answer<FaultList> {
     let arm = FaultAction::Arm(Box::new(body.into_fault()?));
     handle.act(Action::Fault(arm), FaultList::new).await.map(Json)
 }
 
-/// Remove all faults
-///
-/// The list is empty afterwards.
-#[utoipa::path(delete, path = "/faults", responses((status = 200, body = FaultList)))]
+call! {
+    /// Remove all faults
+    ///
+    /// The list is empty afterwards.
+    clear_faults = delete("/faults", responses((status = 200, body = FaultList)))
+}
 pub async fn clear_faults(handle: Handle, _: NoBody) -> Answer<FaultList> {
     let clear = FaultAction::Clear;
     handle.act(Action::Fault(clear), FaultList::new).await.map(Json)
 }
 
-/// List the kinds of faults
-#[utoipa::path(get, path = "/faults/kinds", responses((status = 200, description = "All kinds, with their parameters.", body = Vec<FaultKindInfo>)))]
+call! {
+    /// List the kinds of faults
+    get_fault_kinds = get("/faults/kinds",
+        responses((status = 200, description = "All kinds, with their parameters.", body = Vec<FaultKindInfo>)))
+}
 pub async fn get_fault_kinds() -> Json<Vec<FaultKindInfo>> {
     Json(fault_kinds())
 }
@@ -330,18 +341,24 @@ pub fn fault_kinds() -> Vec<FaultKindInfo> {
     KINDS.iter().map(FaultKindInfo::new).collect()
 }
 
-/// Get a fault
-#[utoipa::path(get, path = "/faults/{number}", responses((status = 200, body = FaultStatus)),
-    params(("number" = String, Path, description = "Number of the fault")))]
+call! {
+    /// Get a fault
+    get_fault = get("/faults/{number}",
+        responses((status = 200, body = FaultStatus)),
+        params(("number" = String, Path, description = "Number of the fault")))
+}
 pub async fn get_fault(handle: Handle, Path(number): Path<String>) -> Answer<FaultStatus> {
     handle.query(FaultStatus::find(number)).await?.map(Json)
 }
 
-/// Disarm a fault
-///
-/// It does not trigger any more; its outcome stays in the list.
-#[utoipa::path(delete, path = "/faults/{number}", responses((status = 200, body = FaultStatus)),
-    params(("number" = String, Path, description = "Number of the fault")))]
+call! {
+    /// Disarm a fault
+    ///
+    /// It does not trigger any more; its outcome stays in the list.
+    disarm_fault = delete("/faults/{number}",
+        responses((status = 200, body = FaultStatus)),
+        params(("number" = String, Path, description = "Number of the fault")))
+}
 pub async fn disarm_fault(handle: Handle, Path(number): Path<String>, _: NoBody) -> Answer<FaultStatus> {
     let known = handle.query(FaultStatus::find(number.clone())).await??;
     let disarm = Action::Fault(FaultAction::Disarm(known.id));

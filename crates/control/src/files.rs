@@ -4,7 +4,7 @@
 
 use super::channels::ByteContent;
 use super::panel::ProgramStatus;
-use super::resource::{Answer, Handle, Json, NoBody, Path, Problem, Serialize, ToSchema, View};
+use super::resource::{Answer, Handle, Json, NoBody, Path, Problem, Serialize, View, call};
 use ts3100_controller::action::Action;
 use ts3100_proto::escape::hex_digits;
 use ts3100_proto::words::did_you_mean_or;
@@ -13,8 +13,8 @@ use ts3100_proto::words::did_you_mean_or;
 const MAX_LISTED: usize = 12;
 
 /// The RAM drive.
-#[derive(Debug, Clone, Serialize, ToSchema)]
-#[schema(as = Drive)]
+#[derive(Debug, Clone, Serialize)]
+#[cfg_attr(test, derive(utoipa::ToSchema), schema(as = Drive))]
 pub struct DriveStatus {
     /// Files in alphabetical order.
     files: Vec<FileEntry>,
@@ -25,7 +25,8 @@ pub struct DriveStatus {
 }
 
 /// A file on the RAM drive.
-#[derive(Debug, Clone, Serialize, ToSchema)]
+#[derive(Debug, Clone, Serialize)]
+#[cfg_attr(test, derive(utoipa::ToSchema))]
 pub struct FileEntry {
     /// Name of the file.
     name: String,
@@ -34,8 +35,8 @@ pub struct FileEntry {
 }
 
 /// A file with its content: as text, or as hexadecimal digits if it is not UTF-8.
-#[derive(Debug, Clone, Serialize, ToSchema)]
-#[schema(as = File)]
+#[derive(Debug, Clone, Serialize)]
+#[cfg_attr(test, derive(utoipa::ToSchema), schema(as = File))]
 pub struct FileContent {
     /// Name of the file.
     name: String,
@@ -103,19 +104,26 @@ impl FileContent {
     }
 }
 
-/// Read a file
-#[utoipa::path(get, path = "/files/{name}", params(("name" = String, Path, description = "Name of the file")),
-    responses((status = 200, body = FileContent)))]
+call! {
+    /// Read a file
+    get_file = get("/files/{name}",
+        params(("name" = String, Path, description = "Name of the file")),
+        responses((status = 200, body = FileContent)))
+}
 pub async fn get_file(handle: Handle, Path(name): Path<String>) -> Answer<FileContent> {
     handle.query(FileContent::find(name)).await?.map(Json)
 }
 
-/// Write a file
-///
-/// The whole file is written, or nothing. If it is the selected program, its next start uses the new content. Line
-/// endings are kept.
-#[utoipa::path(put, path = "/files/{name}", params(("name" = String, Path, description = "Name of the file")),
-    request_body = ByteContent, responses((status = 200, body = FileContent)))]
+call! {
+    /// Write a file
+    ///
+    /// The whole file is written, or nothing. If it is the selected program, its next start uses the new content. Line
+    /// endings are kept.
+    put_file = put("/files/{name}",
+        params(("name" = String, Path, description = "Name of the file")),
+        request_body = ByteContent,
+        responses((status = 200, body = FileContent)))
+}
 pub async fn put_file(
     handle: Handle,
     Path(name): Path<String>,
@@ -128,19 +136,25 @@ pub async fn put_file(
     handle.act(action, FileContent::find(name)).await?.map(Json)
 }
 
-/// Erase a file
-#[utoipa::path(delete, path = "/files/{name}", params(("name" = String, Path, description = "Name of the file")),
-    responses((status = 200, body = DriveStatus)))]
+call! {
+    /// Erase a file
+    delete_file = delete("/files/{name}",
+        params(("name" = String, Path, description = "Name of the file")),
+        responses((status = 200, body = DriveStatus)))
+}
 pub async fn delete_file(handle: Handle, Path(name): Path<String>, _: NoBody) -> Answer<DriveStatus> {
     let action = Action::EraseFile { name };
     handle.act(action, DriveStatus::new).await.map(Json)
 }
 
-/// Select a file
-///
-/// As the command SL does.
-#[utoipa::path(post, path = "/files/{name}/select", params(("name" = String, Path, description = "Name of the file")),
-    responses((status = 200, body = ProgramStatus)))]
+call! {
+    /// Select a file
+    ///
+    /// As the command SL does.
+    select_file = post("/files/{name}/select",
+        params(("name" = String, Path, description = "Name of the file")),
+        responses((status = 200, body = ProgramStatus)))
+}
 pub async fn select_file(handle: Handle, Path(name): Path<String>, _: NoBody) -> Answer<ProgramStatus> {
     let action = Action::Select { name };
     handle.act(action, ProgramStatus::new).await.map(Json)

@@ -4,7 +4,7 @@
 
 use super::arm::ArmPosture;
 use super::body::whole;
-use super::resource::{Answer, Deserialize, Handle, Json, Serialize, ToSchema, View};
+use super::resource::{Answer, Deserialize, Handle, Json, Serialize, View, call};
 use std::time::Duration;
 use tokio::time::sleep;
 use ts3100_controller::action::Action;
@@ -14,12 +14,13 @@ use ts3100_controller::input::{JogMode, PanelAction};
 const LOOK: Duration = Duration::from_millis(50);
 
 /// A key of the teach pendant that moves the arm.
-#[derive(Debug, Clone, Copy, Serialize, Deserialize, ToSchema)]
+#[derive(Debug, Clone, Copy, Serialize, Deserialize)]
+#[cfg_attr(test, derive(utoipa::ToSchema))]
 #[serde(deny_unknown_fields)]
 pub struct JogRequest {
     /// Axis of the arm from 1; in a coordinate system 1 to 3 go along X Y Z, 4 to 6 turn about them.
     #[serde(deserialize_with = "whole")]
-    #[schema(minimum = 1, maximum = 8)]
+    #[cfg_attr(test, schema(minimum = 1, maximum = 8))]
     axis: u8,
     /// Towards larger or smaller values.
     direction: JogWay,
@@ -36,16 +37,17 @@ pub struct JogRequest {
 }
 
 /// Towards larger or smaller values.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(test, derive(utoipa::ToSchema), schema(as = JogDirection))]
 #[serde(rename_all = "lowercase")]
-#[schema(as = JogDirection)]
 enum JogWay {
     Plus,
     Minus,
 }
 
 /// The coordinate system of a jog, in the order of the command SC.
-#[derive(Debug, Clone, Copy, Serialize, Deserialize, ToSchema)]
+#[derive(Debug, Clone, Copy, Serialize, Deserialize)]
+#[cfg_attr(test, derive(utoipa::ToSchema))]
 #[serde(rename_all = "lowercase")]
 enum JogCoordinates {
     Joint,
@@ -55,7 +57,8 @@ enum JogCoordinates {
 }
 
 /// The speed of a jog, in the order of the command RT.
-#[derive(Debug, Clone, Copy, Serialize, Deserialize, ToSchema)]
+#[derive(Debug, Clone, Copy, Serialize, Deserialize)]
+#[cfg_attr(test, derive(utoipa::ToSchema))]
 #[serde(rename_all = "lowercase")]
 enum JogSpeed {
     Slow,
@@ -81,11 +84,16 @@ impl Drop for HeldKey {
     }
 }
 
-/// Press a key that moves the arm
-///
-/// Only with the key switch in TEACHING, servo power on and no program running. The arm moves as far as its limits and its
-/// reach allow, until POST /jog/stop.
-#[utoipa::path(post, path = "/jog", operation_id = "jog_arm", request_body = JogRequest, responses((status = 200, body = ArmPosture)))]
+call! {
+    /// Press a key that moves the arm
+    ///
+    /// Only with the key switch in TEACHING, servo power on and no program running. The arm moves as far as its limits and its
+    /// reach allow, until POST /jog/stop.
+    jog = post("/jog",
+        operation_id = "jog_arm",
+        request_body = JogRequest,
+        responses((status = 200, body = ArmPosture)))
+}
 pub async fn jog(handle: Handle, Json(body): Json<JogRequest>) -> Answer<ArmPosture> {
     let mode = JogMode {
         coordinate: body.coordinates as u16,

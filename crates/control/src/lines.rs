@@ -3,15 +3,13 @@
 //! Line numbers and forcing are the controller's `signals` module, names its `line_names`.
 
 use super::body::Seconds;
-use super::resource::{
-    Answer, Deserialize, Handle, IntoParams, Json, NoBody, Path, Problem, Serialize, ToSchema, View,
-};
+use super::resource::{Answer, Deserialize, Handle, Json, NoBody, Path, Problem, Serialize, View, call};
 use ts3100_controller::signals::{LINE_NUMBERS, Signals};
 use ts3100_controller::{Action, IoKind, PanelAction, line_name};
 
 /// The inputs or outputs that are on or forced.
-#[derive(Debug, Clone, Serialize, ToSchema)]
-#[schema(as = Lines)]
+#[derive(Debug, Clone, Serialize)]
+#[cfg_attr(test, derive(utoipa::ToSchema), schema(as = Lines))]
 pub struct LineList {
     /// Numbers of the lines that are on.
     on: Vec<u16>,
@@ -20,7 +18,8 @@ pub struct LineList {
 }
 
 /// A line that is forced.
-#[derive(Debug, Clone, Copy, Serialize, ToSchema)]
+#[derive(Debug, Clone, Copy, Serialize)]
+#[cfg_attr(test, derive(utoipa::ToSchema))]
 pub struct ForcedLine {
     /// Number of the line.
     line: u16,
@@ -29,8 +28,8 @@ pub struct ForcedLine {
 }
 
 /// The state of a digital line.
-#[derive(Debug, Clone, Copy, Serialize, ToSchema)]
-#[schema(as = Line)]
+#[derive(Debug, Clone, Copy, Serialize)]
+#[cfg_attr(test, derive(utoipa::ToSchema), schema(as = Line))]
 pub struct LineStatus {
     /// Number of the line: 1-64, 101-164, 201-264, 301-364, 401-464.
     line: u16,
@@ -44,8 +43,8 @@ pub struct LineStatus {
 }
 
 /// All digital lines.
-#[derive(Debug, Clone, Serialize, ToSchema)]
-#[schema(as = AllLines)]
+#[derive(Debug, Clone, Serialize)]
+#[cfg_attr(test, derive(utoipa::ToSchema), schema(as = AllLines))]
 pub struct LineTable {
     /// Din, in the order of their numbers.
     inputs: Vec<LineStatus>,
@@ -54,7 +53,8 @@ pub struct LineTable {
 }
 
 /// The new state of a line.
-#[derive(Debug, Clone, Copy, Deserialize, ToSchema)]
+#[derive(Debug, Clone, Copy, Deserialize)]
+#[cfg_attr(test, derive(utoipa::ToSchema))]
 #[serde(deny_unknown_fields)]
 pub struct SetLine {
     /// Whether it is on.
@@ -62,16 +62,16 @@ pub struct SetLine {
 }
 
 /// A pulse.
-#[derive(Debug, Clone, Copy, Deserialize, ToSchema)]
+#[derive(Debug, Clone, Copy, Deserialize)]
+#[cfg_attr(test, derive(utoipa::ToSchema), schema(as = Pulse))]
 #[serde(deny_unknown_fields)]
-#[schema(as = Pulse)]
 pub struct PulseRequest {
     /// Length in seconds of virtual time.
-    #[schema(value_type = f64, minimum = 0, maximum = 100_000_000)]
+    #[cfg_attr(test, schema(value_type = f64, minimum = 0, maximum = 100_000_000))]
     seconds: Seconds,
     /// The state during the pulse. An output can only pulse to on.
     #[serde(default = "default_on")]
-    #[schema(default = true)]
+    #[cfg_attr(test, schema(default = true))]
     on: bool,
 }
 
@@ -80,22 +80,22 @@ fn default_on() -> bool {
 }
 
 /// An input that a call names.
-#[derive(Deserialize, IntoParams)]
+#[derive(Deserialize)]
+#[cfg_attr(test, derive(utoipa::IntoParams), into_params(parameter_in = Path))]
 #[serde(transparent)]
-#[into_params(parameter_in = Path)]
 pub struct Din {
     /// Din number
-    #[param(minimum = 1, maximum = 464)]
+    #[cfg_attr(test, param(minimum = 1, maximum = 464))]
     line: u16,
 }
 
 /// An output that a call names.
-#[derive(Deserialize, IntoParams)]
+#[derive(Deserialize)]
+#[cfg_attr(test, derive(utoipa::IntoParams), into_params(parameter_in = Path))]
 #[serde(transparent)]
-#[into_params(parameter_in = Path)]
 pub struct Dout {
     /// Dout number
-    #[param(minimum = 1, maximum = 464)]
+    #[cfg_attr(test, param(minimum = 1, maximum = 464))]
     line: u16,
 }
 
@@ -187,16 +187,20 @@ async fn pulse(handle: &Handle, side: IoKind, line: u16, body: PulseRequest) -> 
     act(handle, side, line, pulse).await
 }
 
-/// Get an input
-#[utoipa::path(get, path = "/inputs/{line}", params(Din), responses((status = 200, body = LineStatus)))]
+call! {
+    /// Get an input
+    get_input = get("/inputs/{line}", params(Din), responses((status = 200, body = LineStatus)))
+}
 pub async fn get_input(handle: Handle, Path(Din { line }): Path<Din>) -> Answer<LineStatus> {
     look(&handle, IoKind::Input, line).await
 }
 
-/// Set an input
-///
-/// Acts as a device wired to it would. The input keeps its state until it is set again.
-#[utoipa::path(put, path = "/inputs/{line}", params(Din), request_body = SetLine, responses((status = 200, body = LineStatus)))]
+call! {
+    /// Set an input
+    ///
+    /// Acts as a device wired to it would. The input keeps its state until it is set again.
+    put_input = put("/inputs/{line}", params(Din), request_body = SetLine, responses((status = 200, body = LineStatus)))
+}
 pub async fn put_input(
     handle: Handle,
     Path(Din { line }): Path<Din>,
@@ -206,10 +210,15 @@ pub async fn put_input(
     act(&handle, IoKind::Input, line, Action::Panel(panel)).await
 }
 
-/// Pulse an input
-///
-/// Sets it for a time, then to the opposite state.
-#[utoipa::path(post, path = "/inputs/{line}/pulse", params(Din), request_body = PulseRequest, responses((status = 200, body = LineStatus)))]
+call! {
+    /// Pulse an input
+    ///
+    /// Sets it for a time, then to the opposite state.
+    pulse_input = post("/inputs/{line}/pulse",
+        params(Din),
+        request_body = PulseRequest,
+        responses((status = 200, body = LineStatus)))
+}
 pub async fn pulse_input(
     handle: Handle,
     Path(Din { line }): Path<Din>,
@@ -218,10 +227,15 @@ pub async fn pulse_input(
     pulse(&handle, IoKind::Input, line, body).await
 }
 
-/// Force an input
-///
-/// The input shows this state, whatever is wired to it, until it is released.
-#[utoipa::path(put, path = "/inputs/{line}/force", params(Din), request_body = SetLine, responses((status = 200, body = LineStatus)))]
+call! {
+    /// Force an input
+    ///
+    /// The input shows this state, whatever is wired to it, until it is released.
+    force_input = put("/inputs/{line}/force",
+        params(Din),
+        request_body = SetLine,
+        responses((status = 200, body = LineStatus)))
+}
 pub async fn force_input(
     handle: Handle,
     Path(Din { line }): Path<Din>,
@@ -231,23 +245,32 @@ pub async fn force_input(
     act(&handle, side, line, Action::Force { side, line, on }).await
 }
 
-/// Release a forced input
-#[utoipa::path(delete, path = "/inputs/{line}/force", params(Din), responses((status = 200, body = LineStatus)))]
+call! {
+    /// Release a forced input
+    release_input = delete("/inputs/{line}/force", params(Din), responses((status = 200, body = LineStatus)))
+}
 pub async fn release_input(handle: Handle, Path(Din { line }): Path<Din>, _: NoBody) -> Answer<LineStatus> {
     let side = IoKind::Input;
     act(&handle, side, line, Action::Release { side, line }).await
 }
 
-/// Get an output
-#[utoipa::path(get, path = "/outputs/{line}", params(Dout), responses((status = 200, body = LineStatus)))]
+call! {
+    /// Get an output
+    get_output = get("/outputs/{line}", params(Dout), responses((status = 200, body = LineStatus)))
+}
 pub async fn get_output(handle: Handle, Path(Dout { line }): Path<Dout>) -> Answer<LineStatus> {
     look(&handle, IoKind::Output, line).await
 }
 
-/// Set a user output
-///
-/// As the command IW does. User outputs are 1-64, 101-164 and 201-208; with `io.field_bus = present` also 301-364 and 401-464.
-#[utoipa::path(put, path = "/outputs/{line}", params(Dout), request_body = SetLine, responses((status = 200, body = LineStatus)))]
+call! {
+    /// Set a user output
+    ///
+    /// As the command IW does. User outputs are 1-64, 101-164 and 201-208; with `io.field_bus = present` also 301-364 and 401-464.
+    put_output = put("/outputs/{line}",
+        params(Dout),
+        request_body = SetLine,
+        responses((status = 200, body = LineStatus)))
+}
 pub async fn put_output(
     handle: Handle,
     Path(Dout { line }): Path<Dout>,
@@ -257,10 +280,15 @@ pub async fn put_output(
     act(&handle, IoKind::Output, line, set).await
 }
 
-/// Pulse a user output
-///
-/// Turns it on for a time, then off.
-#[utoipa::path(post, path = "/outputs/{line}/pulse", params(Dout), request_body = PulseRequest, responses((status = 200, body = LineStatus)))]
+call! {
+    /// Pulse a user output
+    ///
+    /// Turns it on for a time, then off.
+    pulse_output = post("/outputs/{line}/pulse",
+        params(Dout),
+        request_body = PulseRequest,
+        responses((status = 200, body = LineStatus)))
+}
 pub async fn pulse_output(
     handle: Handle,
     Path(Dout { line }): Path<Dout>,
@@ -269,10 +297,15 @@ pub async fn pulse_output(
     pulse(&handle, IoKind::Output, line, body).await
 }
 
-/// Force an output
-///
-/// The output shows this state, whatever the program does, until it is released or the power goes off.
-#[utoipa::path(put, path = "/outputs/{line}/force", params(Dout), request_body = SetLine, responses((status = 200, body = LineStatus)))]
+call! {
+    /// Force an output
+    ///
+    /// The output shows this state, whatever the program does, until it is released or the power goes off.
+    force_output = put("/outputs/{line}/force",
+        params(Dout),
+        request_body = SetLine,
+        responses((status = 200, body = LineStatus)))
+}
 pub async fn force_output(
     handle: Handle,
     Path(Dout { line }): Path<Dout>,
@@ -282,8 +315,10 @@ pub async fn force_output(
     act(&handle, side, line, Action::Force { side, line, on }).await
 }
 
-/// Release a forced output
-#[utoipa::path(delete, path = "/outputs/{line}/force", params(Dout), responses((status = 200, body = LineStatus)))]
+call! {
+    /// Release a forced output
+    release_output = delete("/outputs/{line}/force", params(Dout), responses((status = 200, body = LineStatus)))
+}
 pub async fn release_output(
     handle: Handle,
     Path(Dout { line }): Path<Dout>,

@@ -4,33 +4,36 @@
 
 use super::api_names::{KeyPosition, RightHolder, RunModeName, StatusName};
 use super::body::whole;
-use super::resource::{Deserialize, Serialize, ToSchema, View};
+use super::resource::{Deserialize, Serialize, View};
 use ts3100_controller::input;
 use ts3100_proto::command::RunMode;
 use ts3100_proto::status::ExecutionStatus;
 
 /// The key switch.
-#[derive(Debug, Clone, Copy, Serialize, Deserialize, ToSchema)]
+#[derive(Debug, Clone, Copy, Serialize, Deserialize)]
+#[cfg_attr(test, derive(utoipa::ToSchema))]
 #[serde(deny_unknown_fields)]
 pub struct KeySwitch {
     /// Position of the key switch.
     #[serde(with = "KeyPosition")]
-    #[schema(value_type = KeyPosition)]
+    #[cfg_attr(test, schema(value_type = KeyPosition))]
     pub position: input::KeySwitch,
 }
 
 /// The parameter EXTERNAL mode control right.
-#[derive(Debug, Clone, Copy, Serialize, Deserialize, ToSchema)]
+#[derive(Debug, Clone, Copy, Serialize, Deserialize)]
+#[cfg_attr(test, derive(utoipa::ToSchema))]
 #[serde(deny_unknown_fields)]
 pub struct ControlRight {
     /// Source of commands in EXT.
     #[serde(with = "RightHolder")]
-    #[schema(value_type = RightHolder)]
+    #[cfg_attr(test, schema(value_type = RightHolder))]
     pub holder: input::ControlRight,
 }
 
 /// The state of a button that latches.
-#[derive(Debug, Clone, Copy, Serialize, Deserialize, ToSchema)]
+#[derive(Debug, Clone, Copy, Serialize, Deserialize)]
+#[cfg_attr(test, derive(utoipa::ToSchema))]
 #[serde(deny_unknown_fields)]
 pub struct Button {
     /// Whether it is pressed.
@@ -38,7 +41,8 @@ pub struct Button {
 }
 
 /// The safety switch (fence).
-#[derive(Debug, Clone, Copy, Serialize, Deserialize, ToSchema)]
+#[derive(Debug, Clone, Copy, Serialize, Deserialize)]
+#[cfg_attr(test, derive(utoipa::ToSchema))]
 #[serde(deny_unknown_fields)]
 pub struct SafetySwitch {
     /// Whether it is open.
@@ -46,7 +50,8 @@ pub struct SafetySwitch {
 }
 
 /// The state of a switch.
-#[derive(Debug, Clone, Copy, Serialize, Deserialize, ToSchema)]
+#[derive(Debug, Clone, Copy, Serialize, Deserialize)]
+#[cfg_attr(test, derive(utoipa::ToSchema))]
 #[serde(deny_unknown_fields)]
 pub struct Switch {
     /// Whether it is on.
@@ -54,7 +59,8 @@ pub struct Switch {
 }
 
 /// The battery of the RAM drive.
-#[derive(Debug, Clone, Copy, Serialize, Deserialize, ToSchema)]
+#[derive(Debug, Clone, Copy, Serialize, Deserialize)]
+#[cfg_attr(test, derive(utoipa::ToSchema))]
 #[serde(deny_unknown_fields)]
 pub struct Battery {
     /// Whether it is low.
@@ -62,33 +68,36 @@ pub struct Battery {
 }
 
 /// The speed override.
-#[derive(Debug, Clone, Copy, Serialize, Deserialize, ToSchema)]
+#[derive(Debug, Clone, Copy, Serialize, Deserialize)]
+#[cfg_attr(test, derive(utoipa::ToSchema))]
 #[serde(deny_unknown_fields)]
 pub struct Override {
     /// In percent.
     #[serde(deserialize_with = "whole")]
-    #[schema(minimum = 1, maximum = 100)]
+    #[cfg_attr(test, schema(minimum = 1, maximum = 100))]
     pub percent: u8,
 }
 
 /// The operation mode.
-#[derive(Debug, Clone, Copy, Serialize, Deserialize, ToSchema)]
+#[derive(Debug, Clone, Copy, Serialize, Deserialize)]
+#[cfg_attr(test, derive(utoipa::ToSchema))]
 #[serde(deny_unknown_fields)]
 pub struct OperationMode {
     /// Name of the mode.
     #[serde(with = "RunModeName")]
-    #[schema(value_type = RunModeName)]
+    #[cfg_attr(test, schema(value_type = RunModeName))]
     pub mode: RunMode,
 }
 
 /// The selected program and its status.
-#[derive(Debug, Clone, Serialize, ToSchema)]
+#[derive(Debug, Clone, Serialize)]
+#[cfg_attr(test, derive(utoipa::ToSchema))]
 pub struct ProgramStatus {
     /// The selected file; empty when none is.
     file: String,
     /// Execution status.
     #[serde(with = "StatusName")]
-    #[schema(value_type = StatusName)]
+    #[cfg_attr(test, schema(value_type = StatusName))]
     status: ExecutionStatus,
     /// Current line of the file; 0 when no file is selected.
     line: u32,

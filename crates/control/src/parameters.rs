@@ -2,14 +2,15 @@
 //!
 //! To change them, write the files to the RAM drive and cycle the power, as on the real controller.
 
-use super::resource::{Serialize, ToSchema, View};
+use super::resource::{Serialize, View};
 use std::net::Ipv4Addr;
 use ts3100_controller::port::Port;
 use ts3100_proto::parameter::SerialSettings;
 use ts3100_proto::status::AlarmLevel;
 
 /// Parameters in effect.
-#[derive(Debug, Clone, Serialize, ToSchema)]
+#[derive(Debug, Clone, Serialize)]
+#[cfg_attr(test, derive(utoipa::ToSchema))]
 pub struct Parameters {
     /// ETHERNET.PAR.
     ethernet: EthernetParameters,
@@ -20,8 +21,8 @@ pub struct Parameters {
 }
 
 /// ETHERNET.PAR.
-#[derive(Debug, Clone, Serialize, ToSchema)]
-#[schema(as = Ethernet)]
+#[derive(Debug, Clone, Serialize)]
+#[cfg_attr(test, derive(utoipa::ToSchema), schema(as = Ethernet))]
 pub struct EthernetParameters {
     /// [E01] address of the controller.
     address: String,
@@ -40,7 +41,8 @@ pub struct EthernetParameters {
 }
 
 /// One channel in ETHERNET.PAR.
-#[derive(Debug, Clone, Serialize, ToSchema)]
+#[derive(Debug, Clone, Serialize)]
+#[cfg_attr(test, derive(utoipa::ToSchema))]
 pub struct EthernetChannel {
     /// Name of the channel.
     port: &'static str,
@@ -58,8 +60,8 @@ pub struct EthernetChannel {
 }
 
 /// A serial line.
-#[derive(Debug, Clone, Copy, Serialize, ToSchema)]
-#[schema(as = Serial)]
+#[derive(Debug, Clone, Copy, Serialize)]
+#[cfg_attr(test, derive(utoipa::ToSchema), schema(as = Serial))]
 pub struct SerialParameters {
     /// Speed in bit/s.
     speed: u32,

@@ -2,7 +2,7 @@
 //!
 //! The pages are made by the controller.
 
-use super::resource::{Answer, Deserialize, Handle, Json, Problem, Serialize, ToSchema, View};
+use super::resource::{Answer, Deserialize, Handle, Json, Problem, Serialize, View, call};
 use super::state::{PendantPage, ether_pages};
 use ts3100_controller::PanelAction;
 
@@ -10,8 +10,8 @@ use ts3100_controller::PanelAction;
 const MAX_KEYS: usize = 256;
 
 /// The teach pendant.
-#[derive(Debug, Clone, Serialize, ToSchema)]
-#[schema(as = Pendant)]
+#[derive(Debug, Clone, Serialize)]
+#[cfg_attr(test, derive(utoipa::ToSchema), schema(as = Pendant))]
 pub struct PendantStatus {
     /// Output of PRINT without a channel.
     text: String,
@@ -20,12 +20,15 @@ pub struct PendantStatus {
 }
 
 /// Keys to type.
-#[derive(Debug, Clone, Deserialize, ToSchema)]
+#[derive(Debug, Clone, Deserialize)]
+#[cfg_attr(test, derive(utoipa::ToSchema), schema(as = Keys))]
 #[serde(deny_unknown_fields)]
-#[schema(as = Keys)]
 pub struct KeysRequest {
     /// Characters for INPUT without a channel; a comma or a carriage return (`\r`) ends a value.
-    #[schema(min_length = 1, max_length = 256, pattern = "^[ -~\r]+$", example = "12\r")]
+    #[cfg_attr(
+        test,
+        schema(min_length = 1, max_length = 256, pattern = "^[ -~\r]+$", example = "12\r")
+    )]
     keys: String,
 }
 
@@ -38,10 +41,12 @@ impl PendantStatus {
     }
 }
 
-/// Type keys on the teach pendant
-///
-/// The statement INPUT without a channel reads them.
-#[utoipa::path(post, path = "/pendant/keys", request_body = KeysRequest, responses((status = 200, body = PendantStatus)))]
+call! {
+    /// Type keys on the teach pendant
+    ///
+    /// The statement INPUT without a channel reads them.
+    press_keys = post("/pendant/keys", request_body = KeysRequest, responses((status = 200, body = PendantStatus)))
+}
 pub async fn press_keys(handle: Handle, Json(body): Json<KeysRequest>) -> Answer<PendantStatus> {
     let keys = body.keys;
     let typed = |letter: char| letter == '\r' || letter == ' ' || letter.is_ascii_graphic();

@@ -3,13 +3,13 @@
 //! Power is an action of the controller. A reset is done by the driver, which also closes the connections.
 
 use super::clock::time_mode;
-use super::resource::{Answer, Deserialize, Handle, Json, NoBody, Serialize, ToSchema, View};
+use super::resource::{Answer, Deserialize, Handle, Json, NoBody, Serialize, View, call};
 use ts3100_controller::{Action, PanelAction};
 use ts3100_driver::driver::request::{LinkAction, Request};
 
 /// The power, and the ports that are open.
-#[derive(Debug, Clone, Serialize, ToSchema)]
-#[schema(as = Power)]
+#[derive(Debug, Clone, Serialize)]
+#[cfg_attr(test, derive(utoipa::ToSchema), schema(as = Power))]
 pub struct PowerStatus {
     /// Whether the power is on.
     on: bool,
@@ -18,21 +18,25 @@ pub struct PowerStatus {
 }
 
 /// Settings that a reset can change.
-#[derive(Debug, Clone, Deserialize, ToSchema)]
+#[derive(Debug, Clone, Deserialize)]
+#[cfg_attr(test, derive(utoipa::ToSchema), schema(as = Reset))]
 #[serde(deny_unknown_fields)]
-#[schema(as = Reset)]
 pub struct ResetRequest {
     /// The mode of the clock, as for `/clock`; by default it stays.
     #[serde(default)]
-    #[schema(
-        example = "stepped",
-        pattern = "^(real|stepped|auto|x([1-9][0-9]{0,4}([.][0-9]{1,9})?|100000|0[.][0-9]{0,9}[1-9]))$"
+    #[cfg_attr(
+        test,
+        schema(
+            example = "stepped",
+            pattern = "^(real|stepped|auto|x([1-9][0-9]{0,4}([.][0-9]{1,9})?|100000|0[.][0-9]{0,9}[1-9]))$"
+        )
     )]
     mode: Option<String>,
 }
 
 /// A server channel.
-#[derive(Debug, Clone, Copy, Serialize, ToSchema)]
+#[derive(Debug, Clone, Copy, Serialize)]
+#[cfg_attr(test, derive(utoipa::ToSchema))]
 pub struct OpenPort {
     /// The channel.
     port: &'static str,
@@ -54,34 +58,45 @@ impl PowerStatus {
     }
 }
 
-/// Turn the power off
-///
-/// Closes every connection and every port.
-#[utoipa::path(post, path = "/power/off", responses((status = 200, body = PowerStatus)))]
+call! {
+    /// Turn the power off
+    ///
+    /// Closes every connection and every port.
+    power_off = post("/power/off", responses((status = 200, body = PowerStatus)))
+}
 pub async fn power_off(handle: Handle, _: NoBody) -> Answer<PowerStatus> {
     handle.act(Action::PowerOff, PowerStatus::new).await.map(Json)
 }
 
-/// Turn the power on
-///
-/// The controller starts up. Files, posture and selection are kept.
-#[utoipa::path(post, path = "/power/on", responses((status = 200, body = PowerStatus)))]
+call! {
+    /// Turn the power on
+    ///
+    /// The controller starts up. Files, posture and selection are kept.
+    power_on = post("/power/on", responses((status = 200, body = PowerStatus)))
+}
 pub async fn power_on(handle: Handle, _: NoBody) -> Answer<PowerStatus> {
     handle.act(Action::PowerOn, PowerStatus::new).await.map(Json)
 }
 
-/// Turn the power off and on again
-#[utoipa::path(post, path = "/power/cycle", responses((status = 200, body = PowerStatus)))]
+call! {
+    /// Turn the power off and on again
+    power_cycle = post("/power/cycle", responses((status = 200, body = PowerStatus)))
+}
 pub async fn power_cycle(handle: Handle, _: NoBody) -> Answer<PowerStatus> {
     handle.press(PanelAction::PowerCycle, PowerStatus::new).await
 }
 
-/// Reset everything to the state at the start
-///
-/// For use between tests: files, variables, lines, alarms, forced lines and findings are as at the start, and time
-/// restarts at 0. Connections are closed. TCP ports and the mode of the clock stay, unless `mode` names another; events
-/// and counters continue.
-#[utoipa::path(post, path = "/reset", operation_id = "reset_emulator", request_body = Option<ResetRequest>, responses((status = 200, body = PowerStatus)))]
+call! {
+    /// Reset everything to the state at the start
+    ///
+    /// For use between tests: files, variables, lines, alarms, forced lines and findings are as at the start, and time
+    /// restarts at 0. Connections are closed. TCP ports and the mode of the clock stay, unless `mode` names another; events
+    /// and counters continue.
+    reset = post("/reset",
+        operation_id = "reset_emulator",
+        request_body = Option<ResetRequest>,
+        responses((status = 200, body = PowerStatus)))
+}
 pub async fn reset(handle: Handle, Json(body): Json<ResetRequest>) -> Answer<PowerStatus> {
     // Before the reset, after which a stopped clock stands at 0.
     if let Some(mode) = body.mode {

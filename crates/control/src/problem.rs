@@ -10,10 +10,10 @@ use axum::response::{IntoResponse, Response};
 use serde::Serialize;
 use std::fmt::Display;
 use ts3100_controller::action::{ActionError, ActionErrorKind};
-use utoipa::ToSchema;
 
 /// The reason for which a call had no effect.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize, ToSchema)]
+#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+#[cfg_attr(test, derive(utoipa::ToSchema))]
 pub struct Problem {
     #[serde(skip)]
     status: StatusCode,

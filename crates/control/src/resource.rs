@@ -5,6 +5,6 @@
 pub use super::body::{Json, NoBody, Path};
 pub use super::handle::{Answer, Handle};
 pub use super::problem::Problem;
+pub(crate) use super::route_table::call;
 pub use serde::{Deserialize, Serialize};
 pub use ts3100_driver::driver::request::View;
-pub use utoipa::{IntoParams, ToSchema};

@@ -4,7 +4,7 @@
 //! This module does not know what runs a robot; see [`Robots`].
 
 use super::book::is_in_book;
-use super::resource::{Answer, Handle, Json, Path, Problem, Serialize, ToSchema};
+use super::resource::{Answer, Handle, Json, Path, Problem, Serialize, call};
 use axum::Extension;
 use axum::extract::{FromRequestParts, Request, State};
 use axum::http::StatusCode;
@@ -61,13 +61,13 @@ pub struct Wires {
 }
 
 /// A robot of this process.
-#[derive(Debug, Clone, Serialize, ToSchema)]
-#[schema(as = Robot)]
+#[derive(Debug, Clone, Serialize)]
+#[cfg_attr(test, derive(utoipa::ToSchema), schema(as = Robot))]
 pub struct RobotInfo {
     /// Name, as in `/robots/NAME/state`.
     pub name: String,
     /// Addresses of the open TCP ports.
-    #[schema(value_type = BTreeMap<String, String>)]
+    #[cfg_attr(test, schema(value_type = BTreeMap<String, String>))]
     pub ports: BTreeMap<String, SocketAddr>,
     /// Open serial lines: paths or URLs.
     #[serde(skip_serializing_if = "BTreeMap::is_empty")]
@@ -77,8 +77,8 @@ pub struct RobotInfo {
 }
 
 /// A wire.
-#[derive(Debug, Clone, Serialize, ToSchema)]
-#[schema(as = Wire)]
+#[derive(Debug, Clone, Serialize)]
+#[cfg_attr(test, derive(utoipa::ToSchema), schema(as = Wire))]
 pub struct WireInfo {
     /// Source of the level: `ROBOT.dout.LINE` or `outside.NAME`.
     pub from: String,
@@ -89,8 +89,8 @@ pub struct WireInfo {
 }
 
 /// The robots of this process.
-#[derive(Debug, Clone, Serialize, ToSchema)]
-#[schema(as = Robots)]
+#[derive(Debug, Clone, Serialize)]
+#[cfg_attr(test, derive(utoipa::ToSchema), schema(as = Robots))]
 pub struct RobotList {
     /// Robots in the order of the configuration.
     robots: Vec<RobotInfo>,
@@ -292,17 +292,22 @@ fn split_path(uri: &Uri) -> Option<(String, Uri)> {
     Some((name.to_owned(), Uri::from(PathAndQuery::try_from(own).ok()?)))
 }
 
-/// List the robots
-#[utoipa::path(get, path = "/robots", responses((status = 200, body = RobotList)))]
+call! {
+    /// List the robots
+    get_robots = get("/robots", responses((status = 200, body = RobotList)))
+}
 pub async fn get_robots(Extension(robots): Fleet) -> Json<RobotList> {
     let names = robots.names();
     let robots = names.iter().filter_map(|name| robots.info(name)).collect();
     Json(RobotList { robots })
 }
 
-/// Get the addresses of a robot
-#[utoipa::path(get, path = "/robots/{name}", params(("name" = String, Path, description = "Name of the robot")),
-    responses((status = 200, body = RobotInfo)))]
+call! {
+    /// Get the addresses of a robot
+    get_robot = get("/robots/{name}",
+        params(("name" = String, Path, description = "Name of the robot")),
+        responses((status = 200, body = RobotInfo)))
+}
 pub async fn get_robot(Extension(robots): Fleet, Path(name): Path<String>) -> Answer<RobotInfo> {
     let info = robots.info(&name);
     info.map(Json)

@@ -1,45 +1,59 @@
 //! Parts of the table of all calls, which is in the head of the crate. The router and the OpenAPI document are both
-//! made from the `#[utoipa::path]` at each handler, so they cannot disagree.
+//! made from the [`call!`] before each handler, so they cannot disagree.
 //!
-//! The binary carries the document as a file; only the test that compares them makes it (`tests/document.rs`).
+//! The binary carries the document as a file. Only the test that compares them makes it (`tests/document.rs`), so
+//! everything of `utoipa` is compiled for tests alone.
 
 use super::problem::Problem;
 use axum::Router;
-use axum::handler::Handler;
 use axum::http::{Method, StatusCode, Uri};
 use axum::routing::MethodRouter;
-use utoipa::openapi::HttpMethod;
-use utoipa_axum::PathItemExt as _;
 
 /// A call: what [`calls!`] makes of a handler.
 pub struct Call {
     /// The path, with its parameters in braces.
-    pub path: String,
+    pub path: &'static str,
     /// The handler by its method.
     pub methods: MethodRouter,
     /// The module of its resource.
-    #[cfg(test)]
     pub resource: &'static str,
-    /// The same for the document.
+    /// The part of the document that describes it.
     #[cfg(test)]
-    pub described: utoipa_axum::router::UtoipaMethodRouter,
+    pub described: utoipa::openapi::OpenApi,
 }
 
-/// Makes a [`Call`] of a handler with `#[utoipa::path]`, in this group of the document.
+/// Stands before a handler: its documentation, method and path, and parameters, body and responses in the words of
+/// `utoipa::path`.
+///
+/// It makes a module with the name of the handler, whose `call` is the [`Call`].
 macro_rules! call {
-    ($group:expr, $module:ident::$handler:ident) => {
-        utoipa_axum::paste! {
-            $crate::route_table::Call {
-                path: <$module::[<__path_ $handler>] as utoipa::Path>::path(),
-                methods: $crate::route_table::methods(
-                    &<$module::[<__path_ $handler>] as utoipa::Path>::methods(),
-                    &$module::$handler,
-                ),
-                #[cfg(test)]
-                resource: $group,
-                #[cfg(test)]
-                described: utoipa_axum::routes!($module::$handler),
+    ($(#[$doc:meta])* $handler:ident = $method:ident($path:literal, $($described:tt)*)) => {
+        $(#[$doc])*
+        pub mod $handler {
+            pub fn call(resource: &'static str) -> $crate::route_table::Call {
+                $crate::route_table::Call {
+                    path: $path,
+                    methods: axum::routing::$method(super::$handler),
+                    resource,
+                    #[cfg(test)]
+                    described: <Described as utoipa::OpenApi>::openapi(),
+                }
             }
+
+            #[cfg(test)]
+            #[derive(utoipa::OpenApi)]
+            #[openapi(paths($handler))]
+            struct Described;
+
+            #[cfg(test)]
+            #[allow(unused_imports, reason = "not every description names a type of its file")]
+            use super::*;
+
+            $(#[$doc])*
+            #[cfg(test)]
+            #[expect(dead_code, reason = "it only bears the description")]
+            #[utoipa::path($method, path = $path, $($described)*)]
+            fn $handler() {}
         }
     };
 }
@@ -48,21 +62,14 @@ pub(crate) use call;
 /// Makes a [`Call`] of each handler of these modules.
 macro_rules! calls {
     ($($module:ident: $($handler:ident)+;)+) => {
-        vec![$($($crate::route_table::call!(stringify!($module), $module::$handler)),+),+]
+        vec![$($($module::$handler::call(stringify!($module))),+),+]
     };
 }
 pub(crate) use calls;
 
-/// The handler by the methods that its `#[utoipa::path]` names.
-pub fn methods<T: 'static>(names: &[HttpMethod], handler: &impl Handler<T, ()>) -> MethodRouter {
-    names.iter().fold(MethodRouter::new(), |methods, name| {
-        methods.on(name.to_method_filter(), handler.clone())
-    })
-}
-
 /// The router of these calls.
 pub fn router(calls: Vec<Call>) -> Router {
-    let add = |router: Router, call: Call| router.route(&call.path, call.methods);
+    let add = |router: Router, call: Call| router.route(call.path, call.methods);
     let router = calls.into_iter().fold(Router::new(), add);
     router
         .fallback(no_such_path)

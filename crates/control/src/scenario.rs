@@ -2,33 +2,34 @@
 //!
 //! It is played by [`ts3100_recording::scenario`]; here its progress becomes a document.
 
-use super::resource::{Answer, Handle, Json, Problem, Serialize, ToSchema, View};
+use super::resource::{Answer, Handle, Json, Problem, Serialize, View, call};
 use axum::http::StatusCode;
 use ts3100_controller::Time;
 use ts3100_recording::scenario::{EntryProgress, EntryState, ScenarioProgress, ScenarioState};
 
 /// Progress of a scenario.
-#[derive(Debug, Clone, Serialize, ToSchema)]
-#[schema(as = Scenario)]
+#[derive(Debug, Clone, Serialize)]
+#[cfg_attr(test, derive(utoipa::ToSchema), schema(as = Scenario))]
 pub struct ScenarioDocument {
     /// Name of the file, without directories.
     file: String,
     /// `running` while a step waits, `passed` when none does, `failed` as soon as one has failed.
-    #[schema(value_type = String)]
+    #[cfg_attr(test, schema(value_type = String))]
     state: ScenarioState,
     /// Expectations and actions in the order of the file.
     steps: Vec<ScenarioStep>,
 }
 
 /// Progress of a part of a scenario.
-#[derive(Debug, Clone, Serialize, ToSchema)]
+#[derive(Debug, Clone, Serialize)]
+#[cfg_attr(test, derive(utoipa::ToSchema))]
 pub struct ScenarioStep {
     /// Name of the part.
     name: String,
     /// Line of the file, from 1; 0 without a line.
     line: usize,
     /// `waiting`, `passed` (it came as expected, or was done), `failed`.
-    #[schema(value_type = String)]
+    #[cfg_attr(test, schema(value_type = String))]
     state: EntryState,
     /// Virtual time in seconds of the verdict or of the last action; absent while it waits.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -60,10 +61,12 @@ impl From<EntryProgress> for ScenarioStep {
     }
 }
 
-/// Get the progress of the scenario
-///
-/// The scenario of `ts3100 serve --scenario FILE` for this robot.
-#[utoipa::path(get, path = "/scenario", responses((status = 200, body = ScenarioDocument)))]
+call! {
+    /// Get the progress of the scenario
+    ///
+    /// The scenario of `ts3100 serve --scenario FILE` for this robot.
+    get_scenario = get("/scenario", responses((status = 200, body = ScenarioDocument)))
+}
 pub async fn get_scenario(handle: Handle) -> Answer<ScenarioDocument> {
     let Some(play) = handle.scenario.clone() else {
         let told = "no scenario is played; start the emulator with `ts3100 serve --scenario FILE`";

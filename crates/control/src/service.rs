@@ -2,9 +2,9 @@
 //!
 //! Counters come from [`super::metrics`], findings from [`super::journal`].
 
-use super::event::{ApiEvent, NumberedEvent};
+use super::event::NumberedEvent;
 use super::metrics::{self, Gauge, Sample};
-use super::resource::{Answer, Handle, Json, Problem, Serialize, ToSchema, View};
+use super::resource::{Answer, Handle, Json, Problem, Serialize, View, call};
 use super::robots::{Robots, Scope};
 use axum::http::header::CONTENT_TYPE;
 use axum::response::IntoResponse;
@@ -16,7 +16,8 @@ use ts3100_proto::status::ExecutionStatus;
 const PROMETHEUS: &str = "text/plain; version=0.0.4; charset=utf-8";
 
 /// The health of the emulator.
-#[derive(Debug, Clone, Serialize, ToSchema)]
+#[derive(Debug, Clone, Serialize)]
+#[cfg_attr(test, derive(utoipa::ToSchema))]
 pub struct Health {
     /// `ok`: the loop that serves the hosts responds.
     status: &'static str,
@@ -35,7 +36,8 @@ pub struct Health {
 }
 
 /// The health of the directory of the RAM drive.
-#[derive(Debug, Clone, Serialize, ToSchema)]
+#[derive(Debug, Clone, Serialize)]
+#[cfg_attr(test, derive(utoipa::ToSchema))]
 pub struct DriveHealth {
     /// `ok`, or `failing`: it did not accept the last change, or lacks files.
     status: &'static str,
@@ -61,7 +63,8 @@ impl DriveHealth {
 }
 
 /// Version of the emulator and its robot.
-#[derive(Debug, Clone, Serialize, ToSchema)]
+#[derive(Debug, Clone, Serialize)]
+#[cfg_attr(test, derive(utoipa::ToSchema))]
 pub struct Version {
     /// `ts3100`.
     name: &'static str,
@@ -75,8 +78,10 @@ pub struct Version {
     model: Option<String>,
 }
 
-/// Check that the emulator answers
-#[utoipa::path(get, path = "/health", responses((status = 200, body = Health)))]
+call! {
+    /// Check that the emulator answers
+    get_health = get("/health", responses((status = 200, body = Health)))
+}
 pub async fn get_health(scope: Scope) -> Answer<Health> {
     let look = |view: &View<'_>| Health {
         status: "ok",
@@ -112,8 +117,10 @@ fn running(robots: &dyn Robots) -> impl Iterator<Item = (String, Handle)> {
     names.filter_map(|name| robots.running(&name).map(|handle| (name, handle)))
 }
 
-/// Get the version of the emulator
-#[utoipa::path(get, path = "/version", responses((status = 200, body = Version)))]
+call! {
+    /// Get the version of the emulator
+    get_version = get("/version", responses((status = 200, body = Version)))
+}
 pub async fn get_version(scope: Scope) -> Answer<Version> {
     let look = |view: &View<'_>| {
         let config = view.controller.config();
@@ -132,12 +139,14 @@ pub async fn get_version(scope: Scope) -> Answer<Version> {
     }))
 }
 
-/// Get metrics for Prometheus
-///
-/// Of several robots, each value has the label `robot`; those that have not started have none.
-#[utoipa::path(get, path = "/metrics",
-    responses((status = 200, description = "Counters and gauges in the text format of Prometheus.", body = String,
-    content_type = "text/plain")))]
+call! {
+    /// Get metrics for Prometheus
+    ///
+    /// Of several robots, each value has the label `robot`; those that have not started have none.
+    get_metrics = get("/metrics",
+        responses((status = 200, description = "Counters and gauges in the text format of Prometheus.",
+            body = String, content_type = "text/plain")))
+}
 pub async fn get_metrics(scope: Scope) -> Result<impl IntoResponse, Problem> {
     let mut samples = Vec::new();
     match scope {
@@ -220,11 +229,13 @@ fn drive_gauges(condition: &BackingStatus) -> [Gauge; 3] {
     ]
 }
 
-/// List the protocol mistakes of hosts
-///
-/// The last 1024, oldest first.
-#[utoipa::path(get, path = "/findings",
-    responses((status = 200, description = "The findings, oldest first.", body = Vec<ApiEvent>)))]
+call! {
+    /// List the protocol mistakes of hosts
+    ///
+    /// The last 1024, oldest first.
+    get_findings = get("/findings",
+        responses((status = 200, description = "The findings, oldest first.", body = Vec<crate::event::ApiEvent>)))
+}
 pub async fn get_findings(handle: Handle) -> Answer<Vec<NumberedEvent>> {
     // A look, so that what came before has been served.
     handle.query(|_| ()).await?;

@@ -4,7 +4,7 @@
 //! Snapshots are taken and restored by the driver; the format is [`ts3100_driver::snapshot`].
 
 use super::body::SnapshotText;
-use super::resource::{Answer, Json, NoBody, Path, Problem, Serialize, ToSchema, View};
+use super::resource::{Answer, Json, NoBody, Path, Problem, Serialize, View, call};
 use super::robots::{Scope, Together};
 use axum::http::StatusCode;
 use axum::http::header::CONTENT_TYPE;
@@ -15,16 +15,16 @@ use ts3100_driver::driver::request::Request;
 use ts3100_driver::snapshot::{self, NamedError, ParseError, SnapshotRequestError, SnapshotTask, States};
 
 /// The named snapshots.
-#[derive(Debug, Clone, Default, Serialize, ToSchema)]
-#[schema(as = Snapshots)]
+#[derive(Debug, Clone, Default, Serialize)]
+#[cfg_attr(test, derive(utoipa::ToSchema), schema(as = Snapshots))]
 pub struct SnapshotList {
     /// In alphabetical order.
     snapshots: Vec<SnapshotInfo>,
 }
 
 /// A named snapshot.
-#[derive(Debug, Clone, Serialize, ToSchema)]
-#[schema(as = Snapshot)]
+#[derive(Debug, Clone, Serialize)]
+#[cfg_attr(test, derive(utoipa::ToSchema), schema(as = Snapshot))]
 pub struct SnapshotInfo {
     /// Name of the snapshot.
     name: String,
@@ -44,10 +44,12 @@ impl SnapshotList {
     }
 }
 
-/// List the named snapshots
-///
-/// Of several robots: those that every robot has.
-#[utoipa::path(get, path = "/snapshots", responses((status = 200, body = SnapshotList)))]
+call! {
+    /// List the named snapshots
+    ///
+    /// Of several robots: those that every robot has.
+    get_snapshots = get("/snapshots", responses((status = 200, body = SnapshotList)))
+}
 pub async fn get_snapshots(scope: Scope) -> Answer<SnapshotList> {
     let mut common: Option<SnapshotList> = None;
     for (_, handle) in scope.started()? {
@@ -86,28 +88,37 @@ async fn change(scope: Scope, mut tasks: impl Iterator<Item = SnapshotTask>) -> 
     Ok(Json(changed?))
 }
 
-/// Save the current state under a name
-///
-/// Replaces a snapshot with the same name. Of several robots: the state of each.
-#[utoipa::path(put, path = "/snapshots/{name}", params(("name" = String, Path, description = "Name of the snapshot")),
-    responses((status = 200, body = SnapshotList)))]
+call! {
+    /// Save the current state under a name
+    ///
+    /// Replaces a snapshot with the same name. Of several robots: the state of each.
+    put_snapshot = put("/snapshots/{name}",
+        params(("name" = String, Path, description = "Name of the snapshot")),
+        responses((status = 200, body = SnapshotList)))
+}
 pub async fn put_snapshot(scope: Scope, Path(name): Path<String>, _: NoBody) -> Answer<SnapshotList> {
     change(scope, repeat_with(|| SnapshotTask::Save(name.clone()))).await
 }
 
-/// Restore a named snapshot
-///
-/// Hosts stay connected; the controller treats them as newly connected. Virtual time becomes that of the snapshot.
-/// Pending waits end unreached. Of several robots: the state of each.
-#[utoipa::path(post, path = "/snapshots/{name}/restore", params(("name" = String, Path, description = "Name of the snapshot")),
-    responses((status = 200, body = SnapshotList)))]
+call! {
+    /// Restore a named snapshot
+    ///
+    /// Hosts stay connected; the controller treats them as newly connected. Virtual time becomes that of the snapshot.
+    /// Pending waits end unreached. Of several robots: the state of each.
+    restore_snapshot = post("/snapshots/{name}/restore",
+        params(("name" = String, Path, description = "Name of the snapshot")),
+        responses((status = 200, body = SnapshotList)))
+}
 pub async fn restore_snapshot(scope: Scope, Path(name): Path<String>, _: NoBody) -> Answer<SnapshotList> {
     change(scope, repeat_with(|| SnapshotTask::Restore(name.clone()))).await
 }
 
-/// Delete a named snapshot
-#[utoipa::path(delete, path = "/snapshots/{name}", params(("name" = String, Path, description = "Name of the snapshot")),
-    responses((status = 200, body = SnapshotList)))]
+call! {
+    /// Delete a named snapshot
+    delete_snapshot = delete("/snapshots/{name}",
+        params(("name" = String, Path, description = "Name of the snapshot")),
+        responses((status = 200, body = SnapshotList)))
+}
 pub async fn delete_snapshot(scope: Scope, Path(name): Path<String>, _: NoBody) -> Answer<SnapshotList> {
     change(scope, repeat_with(|| SnapshotTask::Remove(name.clone()))).await
 }
@@ -124,11 +135,15 @@ fn snapshot_file(scope: &Scope, states: &[(String, Controller)]) -> impl IntoRes
     )
 }
 
-/// Get a named snapshot as a file
-///
-/// `serve --restore` accepts it.
-#[utoipa::path(get, path = "/snapshots/{name}", operation_id = "get_named_snapshot", params(("name" = String, Path, description = "Name of the snapshot")),
-    responses((status = 200, description = "The content of a snapshot file.", body = serde_json::Value)))]
+call! {
+    /// Get a named snapshot as a file
+    ///
+    /// `serve --restore` accepts it.
+    get_named = get("/snapshots/{name}",
+        operation_id = "get_named_snapshot",
+        params(("name" = String, Path, description = "Name of the snapshot")),
+        responses((status = 200, description = "The content of a snapshot file.", body = serde_json::Value)))
+}
 pub async fn get_named(scope: Scope, Path(name): Path<String>) -> Result<impl IntoResponse, Problem> {
     let mut states = Vec::new();
     for (robot, handle) in scope.started()? {
@@ -141,10 +156,13 @@ pub async fn get_named(scope: Scope, Path(name): Path<String>) -> Result<impl In
     Ok(snapshot_file(&scope, &states))
 }
 
-/// Get the current state as a snapshot file
-///
-/// `serve --restore` accepts it. Of several robots: one file with the state of each.
-#[utoipa::path(get, path = "/snapshot", responses((status = 200, description = "The content of a snapshot file.", body = serde_json::Value)))]
+call! {
+    /// Get the current state as a snapshot file
+    ///
+    /// `serve --restore` accepts it. Of several robots: one file with the state of each.
+    get_snapshot = get("/snapshot",
+        responses((status = 200, description = "The content of a snapshot file.", body = serde_json::Value)))
+}
 pub async fn get_snapshot(scope: Scope) -> Result<impl IntoResponse, Problem> {
     // Also of one robot: while its loop pauses, nothing is being stored.
     let together = Together::gather(scope.started()?).await?;
@@ -155,10 +173,12 @@ pub async fn get_snapshot(scope: Scope) -> Result<impl IntoResponse, Problem> {
     Ok(snapshot_file(&scope, &states))
 }
 
-/// Restore a snapshot file
-///
-/// The body is the content of the file, at most 16 MiB. It is validated in full; a state that cannot occur is rejected.
-#[utoipa::path(put, path = "/snapshot", request_body = serde_json::Value, responses((status = 200, body = SnapshotList)))]
+call! {
+    /// Restore a snapshot file
+    ///
+    /// The body is the content of the file, at most 16 MiB. It is validated in full; a state that cannot occur is rejected.
+    load_snapshot = put("/snapshot", request_body = serde_json::Value, responses((status = 200, body = SnapshotList)))
+}
 pub async fn load_snapshot(scope: Scope, SnapshotText(text): SnapshotText) -> Answer<SnapshotList> {
     let states = match &scope {
         Scope::One(_) => snapshot::from_json(&text).map(|state| vec![state]),

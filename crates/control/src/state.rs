@@ -3,14 +3,14 @@
 //! It is put together from the documents of the other resources; values are read from the controller's queries.
 
 use super::alarms::ActiveAlarm;
-use super::api_names::{KeyPosition, PortName, RightHolder, StatusName};
+use super::api_names::{KeyPosition, RightHolder, StatusName};
 use super::channels::ChannelStatus;
 use super::faults::FaultList;
 use super::files::DriveStatus;
 use super::lines::LineList;
 use super::noise::without_noise;
 use super::parameters::Parameters;
-use super::resource::{Answer, Handle, Json, Serialize, ToSchema, View};
+use super::resource::{Answer, Handle, Json, Serialize, View, call};
 use super::variables::VariableInfo;
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -18,8 +18,8 @@ use ts3100_controller::{ControlRight, KeySwitch, Port, Time};
 use ts3100_proto::status::ExecutionStatus;
 
 /// The whole state at one moment.
-#[derive(Debug, Clone, Serialize, ToSchema)]
-#[schema(as = State)]
+#[derive(Debug, Clone, Serialize)]
+#[cfg_attr(test, derive(utoipa::ToSchema), schema(as = State))]
 pub struct ControllerState {
     /// Virtual time in seconds.
     t: f64,
@@ -31,11 +31,11 @@ pub struct ControllerState {
     power: bool,
     /// Position of the key switch.
     #[serde(with = "KeyPosition")]
-    #[schema(value_type = KeyPosition)]
+    #[cfg_attr(test, schema(value_type = KeyPosition))]
     key_switch: KeySwitch,
     /// Source of commands in EXT.
     #[serde(with = "RightHolder")]
-    #[schema(value_type = RightHolder)]
+    #[cfg_attr(test, schema(value_type = RightHolder))]
     control_right: ControlRight,
     /// Master mode: the present column of the permission tables.
     master_mode: &'static str,
@@ -64,7 +64,7 @@ pub struct ControllerState {
     file: String,
     /// Execution status.
     #[serde(with = "StatusName")]
-    #[schema(value_type = StatusName)]
+    #[cfg_attr(test, schema(value_type = StatusName))]
     status: ExecutionStatus,
     /// Current file line of the main program.
     line: u32,
@@ -110,8 +110,8 @@ pub struct ControllerState {
 }
 
 /// Guidance by hand, as in SF.
-#[derive(Debug, Clone, Copy, Serialize, ToSchema)]
-#[schema(as = Guidance)]
+#[derive(Debug, Clone, Copy, Serialize)]
+#[cfg_attr(test, derive(utoipa::ToSchema), schema(as = Guidance))]
 pub struct JogStatus {
     /// 0 joint, 1 tool, 2 work, 3 world.
     coordinate: u16,
@@ -122,8 +122,8 @@ pub struct JogStatus {
 }
 
 /// A task.
-#[derive(Debug, Clone, Copy, Serialize, ToSchema)]
-#[schema(as = Task)]
+#[derive(Debug, Clone, Copy, Serialize)]
+#[cfg_attr(test, derive(utoipa::ToSchema), schema(as = Task))]
 pub struct TaskStatus {
     /// 1 the main program, 0 the statement of DO.
     id: u16,
@@ -134,13 +134,13 @@ pub struct TaskStatus {
     doing: &'static str,
     /// The port from which it waits for values; absent for the teach pendant.
     #[serde(skip_serializing_if = "Option::is_none")]
-    #[schema(value_type = Option<PortName>)]
+    #[cfg_attr(test, schema(value_type = Option<super::api_names::PortName>))]
     reads: Option<Port>,
 }
 
 /// The arm.
-#[derive(Debug, Clone, Serialize, ToSchema)]
-#[schema(as = Arm)]
+#[derive(Debug, Clone, Serialize)]
+#[cfg_attr(test, derive(utoipa::ToSchema), schema(as = Arm))]
 pub struct ArmPose {
     /// The model.
     model: String,
@@ -165,8 +165,8 @@ pub struct ArmPose {
 }
 
 /// The watchdog of a host.
-#[derive(Debug, Clone, Copy, Serialize, ToSchema)]
-#[schema(as = Watchdog)]
+#[derive(Debug, Clone, Copy, Serialize)]
+#[cfg_attr(test, derive(utoipa::ToSchema), schema(as = Watchdog))]
 pub struct WatchdogStatus {
     /// Longest allowed pause between two SM, in seconds.
     timeout: f64,
@@ -177,7 +177,8 @@ pub struct WatchdogStatus {
 }
 
 /// One page of the teach pendant.
-#[derive(Debug, Clone, Serialize, ToSchema)]
+#[derive(Debug, Clone, Serialize)]
+#[cfg_attr(test, derive(utoipa::ToSchema))]
 pub struct PendantPage {
     /// For example `ETHERNET STATUS [1/3]`.
     heading: String,
@@ -304,10 +305,12 @@ fn arm_pose(view: &View<'_>) -> ArmPose {
     }
 }
 
-/// Get the whole state
-///
-/// Everything at one moment: mode, status, panel, lines, arm, channels, tasks, alarms.
-#[utoipa::path(get, path = "/state", responses((status = 200, body = ControllerState)))]
+call! {
+    /// Get the whole state
+    ///
+    /// Everything at one moment: mode, status, panel, lines, arm, channels, tasks, alarms.
+    get_state = get("/state", responses((status = 200, body = ControllerState)))
+}
 pub async fn get_state(handle: Handle) -> Answer<ControllerState> {
     let journal = Arc::clone(&handle.journal);
     let look = move |view: &View<'_>| ControllerState::new(view, journal.findings_by_rule());

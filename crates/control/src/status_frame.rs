@@ -3,7 +3,7 @@
 //! The content is the controller's, its fields are [`ts3100_proto::dissect`]'s. Here each field gets a meaning beyond its
 //! value: texts of alarms, names of lines, units.
 
-use super::resource::{Serialize, ToSchema, View};
+use super::resource::{Serialize, View};
 use ts3100_controller::alarm::AlarmCode;
 use ts3100_controller::{IoKind, Port, line_name};
 use ts3100_proto::dissect::{DissectedField, dissect};
@@ -34,7 +34,8 @@ const MEANINGS: [(&str, &str); 11] = [
 ];
 
 /// A field of SF.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize, ToSchema)]
+#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+#[cfg_attr(test, derive(utoipa::ToSchema))]
 pub struct StatusField {
     /// Stable name, with dots: `sf.servo`, `sf.joint.1`.
     key: String,

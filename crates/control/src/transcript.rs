@@ -3,11 +3,10 @@
 //! Recording and formats are in [`ts3100_recording::transcript`].
 
 use super::body::Query;
-use super::resource::{Deserialize, Handle, IntoParams, Problem};
+use super::resource::{Deserialize, Handle, Problem, call};
 use axum::http::header::CONTENT_TYPE;
 use axum::response::IntoResponse;
 use ts3100_recording::transcript::Format;
-use utoipa::openapi::schema::{Object, ObjectBuilder, Type};
 
 /// The form of a transcript.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Deserialize)]
@@ -20,17 +19,20 @@ pub enum FormatName {
 }
 
 /// The format of the transcript.
-#[derive(Debug, Clone, Copy, Deserialize, IntoParams)]
+#[derive(Debug, Clone, Copy, Deserialize)]
+#[cfg_attr(test, derive(utoipa::IntoParams), into_params(parameter_in = Query))]
 #[serde(deny_unknown_fields)]
-#[into_params(parameter_in = Query)]
 pub struct TranscriptQuery {
     /// `text` for people and for `ts3100 diff`, `jsonl` for programs, `pcapng` for Wireshark.
     #[serde(default)]
-    #[param(schema_with = format_schema, required = false)]
+    #[cfg_attr(test, param(schema_with = format_schema, required = false))]
     format: FormatName,
 }
 
-fn format_schema() -> Object {
+#[cfg(test)]
+fn format_schema() -> utoipa::openapi::schema::Object {
+    use utoipa::openapi::schema::{ObjectBuilder, Type};
+
     ObjectBuilder::new()
         .schema_type(Type::String)
         .enum_values(Some(["text", "jsonl", "pcapng"]))
@@ -48,12 +50,16 @@ impl FormatName {
     }
 }
 
-/// Get the transcript
-///
-/// Everything since the start or the last reset, at most the last 16,384 records; a remark at the beginning tells how
-/// many are missing. `--transcript FILE` writes the same to a file.
-#[utoipa::path(get, path = "/transcript", params(TranscriptQuery), responses((status = 200, description = "The transcript in the format asked for.", content(
-    (String = "text/plain"), (String = "application/x-ndjson"), (Vec<u8> = "application/octet-stream")))))]
+call! {
+    /// Get the transcript
+    ///
+    /// Everything since the start or the last reset, at most the last 16,384 records; a remark at the beginning tells how
+    /// many are missing. `--transcript FILE` writes the same to a file.
+    get_transcript = get("/transcript",
+        params(TranscriptQuery),
+        responses((status = 200, description = "The transcript in the format asked for.", content(
+            (String = "text/plain"), (String = "application/x-ndjson"), (Vec<u8> = "application/octet-stream")))))
+}
 pub async fn get_transcript(
     handle: Handle,
     Query(query): Query<TranscriptQuery>,

@@ -3,44 +3,43 @@
 //! Values are checked and stored by the controller as for the command MW.
 
 use super::noise::numbers;
-use super::resource::{Answer, Deserialize, Handle, Json, Path, Problem, Serialize, ToSchema, View};
+use super::resource::{Answer, Deserialize, Handle, Json, Path, Problem, Serialize, View, call};
 use scol_mini::ValueKind;
 use serde::Deserializer;
 use ts3100_controller::action::Action;
 use ts3100_controller::queries::VariableView;
 use ts3100_proto::command::Number;
-use utoipa::openapi::schema::{ArrayBuilder, ObjectBuilder, OneOfBuilder, Schema, Type};
 
 /// Values a variable takes at most.
 const MAX_VALUES: usize = 16;
 
 /// A variable, or an element of an array.
-#[derive(Debug, Clone, Serialize, ToSchema)]
-#[schema(as = Variable)]
+#[derive(Debug, Clone, Serialize)]
+#[cfg_attr(test, derive(utoipa::ToSchema), schema(as = Variable))]
 pub struct VariableInfo {
     /// Name of the variable; of a variable of a program with it: `PICK.COUNT`.
     name: String,
     /// Type; absent until the first assignment fixes it.
     #[serde(skip_serializing_if = "Option::is_none")]
-    #[schema(value_type = Option<KindName>)]
+    #[cfg_attr(test, schema(value_type = Option<KindName>))]
     kind: Option<Kind>,
     /// Upper bounds of its subscripts; empty for a plain variable.
     bounds: Vec<u32>,
     /// Value in the order of the command MR: one number, or those of a load, a coordinate, a position; absent for an
     /// array and before the first value.
     #[serde(skip_serializing_if = "Option::is_none")]
-    #[schema(value_type = Option<Vec<f64>>)]
+    #[cfg_attr(test, schema(value_type = Option<Vec<f64>>))]
     value: Option<Vec<Number>>,
     /// The values of an array of one subscript, from 0 on, the first 1000.
     #[serde(skip_serializing_if = "Option::is_none")]
-    #[schema(value_type = Option<Vec<Option<Vec<f64>>>>)]
+    #[cfg_attr(test, schema(value_type = Option<Vec<Option<Vec<f64>>>>))]
     elements: Option<Vec<Option<Vec<Number>>>>,
 }
 
 /// Type of a variable.
-#[derive(Serialize, ToSchema)]
+#[derive(Serialize)]
+#[cfg_attr(test, derive(utoipa::ToSchema), schema(as = VariableKind))]
 #[serde(remote = "ValueKind", rename_all = "lowercase")]
-#[schema(as = VariableKind)]
 enum KindName {
     Integer,
     Real,
@@ -54,18 +53,18 @@ enum KindName {
 struct Kind(#[serde(with = "KindName")] ValueKind);
 
 /// The new value of a variable.
-#[derive(Debug, Clone, Deserialize, ToSchema)]
+#[derive(Debug, Clone, Deserialize)]
+#[cfg_attr(test, derive(utoipa::ToSchema), schema(as = SetValue))]
 #[serde(deny_unknown_fields)]
-#[schema(as = SetValue)]
 pub struct SetValueRequest {
     /// As many numbers as the type has on this arm, in the order of the command MW. A number without a decimal point
     /// fits integers and reals, one with a decimal point fits reals only. A single number needs no list.
     #[serde(deserialize_with = "one_or_several")]
-    #[schema(schema_with = values_schema)]
+    #[cfg_attr(test, schema(schema_with = values_schema))]
     value: Vec<Number>,
     /// Whether to write it into the file on the RAM drive too.
     #[serde(default)]
-    #[schema(default = false)]
+    #[cfg_attr(test, schema(default = false))]
     restore: bool,
 }
 
@@ -84,7 +83,10 @@ fn one_or_several<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Vec<Numb
     })
 }
 
-fn values_schema() -> Schema {
+#[cfg(test)]
+fn values_schema() -> utoipa::openapi::Schema {
+    use utoipa::openapi::schema::{ArrayBuilder, ObjectBuilder, OneOfBuilder, Type};
+
     let number = || ObjectBuilder::new().schema_type(Type::Number);
     let several = ArrayBuilder::new()
         .items(number())
@@ -94,13 +96,13 @@ fn values_schema() -> Schema {
 }
 
 /// How to teach a position.
-#[derive(Debug, Clone, Copy, Deserialize, ToSchema)]
+#[derive(Debug, Clone, Copy, Deserialize)]
+#[cfg_attr(test, derive(utoipa::ToSchema), schema(as = Teach))]
 #[serde(deny_unknown_fields)]
-#[schema(as = Teach)]
 pub struct TeachRequest {
     /// Whether to write it into the file on the RAM drive too.
     #[serde(default)]
-    #[schema(default = false)]
+    #[cfg_attr(test, schema(default = false))]
     restore: bool,
 }
 
@@ -168,22 +170,27 @@ async fn set(handle: &Handle, name: String, body: SetValueRequest, position: boo
     handle.act(action, find()).await?.map(Json)
 }
 
-/// Get a variable, or an element of an array
-///
-/// A variable of a program is that of the main task, else of the first task in which it has a value.
-#[utoipa::path(get, path = "/variables/{name}",
-    params(("name" = String, Path, description = "Name; for an element of an array with its subscripts: `A(1,2)`; for a variable of a program after the program: `PICK.COUNT`")),
-    responses((status = 200, body = VariableInfo)))]
+call! {
+    /// Get a variable, or an element of an array
+    ///
+    /// A variable of a program is that of the main task, else of the first task in which it has a value.
+    get_variable = get("/variables/{name}",
+        params(("name" = String, Path, description = "Name; for an element of an array with its subscripts: `A(1,2)`; for a variable of a program after the program: `PICK.COUNT`")),
+        responses((status = 200, body = VariableInfo)))
+}
 pub async fn get_variable(handle: Handle, Path(name): Path<String>) -> Answer<VariableInfo> {
     handle.query(VariableInfo::find(name, false)).await?.map(Json)
 }
 
-/// Set a variable
-///
-/// As the command MW does.
-#[utoipa::path(put, path = "/variables/{name}", request_body = SetValueRequest,
-    params(("name" = String, Path, description = "Name; for an element of an array with its subscripts: `A(1,2)`")),
-    responses((status = 200, body = VariableInfo)))]
+call! {
+    /// Set a variable
+    ///
+    /// As the command MW does.
+    put_variable = put("/variables/{name}",
+        request_body = SetValueRequest,
+        params(("name" = String, Path, description = "Name; for an element of an array with its subscripts: `A(1,2)`")),
+        responses((status = 200, body = VariableInfo)))
+}
 pub async fn put_variable(
     handle: Handle,
     Path(name): Path<String>,
@@ -192,24 +199,34 @@ pub async fn put_variable(
     set(&handle, name, body, false).await
 }
 
-/// List the positions of the selected file
-#[utoipa::path(get, path = "/positions", responses((status = 200, description = "Positions in GLOBAL and DATA.", body = Vec<VariableInfo>)))]
+call! {
+    /// List the positions of the selected file
+    get_positions = get("/positions",
+        responses((status = 200, description = "Positions in GLOBAL and DATA.", body = Vec<VariableInfo>)))
+}
 pub async fn get_positions(handle: Handle) -> Answer<Vec<VariableInfo>> {
     let mut found = handle.query(VariableInfo::all).await?;
     found.retain(|document| document.kind.is_some() && document.can_be_taught());
     Ok(Json(found))
 }
 
-/// Get a position
-#[utoipa::path(get, path = "/positions/{name}", params(("name" = String, Path, description = "Name of the position")),
-    responses((status = 200, body = VariableInfo)))]
+call! {
+    /// Get a position
+    get_position = get("/positions/{name}",
+        params(("name" = String, Path, description = "Name of the position")),
+        responses((status = 200, body = VariableInfo)))
+}
 pub async fn get_position(handle: Handle, Path(name): Path<String>) -> Answer<VariableInfo> {
     handle.query(VariableInfo::find(name, true)).await?.map(Json)
 }
 
-/// Set a position
-#[utoipa::path(put, path = "/positions/{name}", request_body = SetValueRequest,
-    params(("name" = String, Path, description = "Name of the position")), responses((status = 200, body = VariableInfo)))]
+call! {
+    /// Set a position
+    put_position = put("/positions/{name}",
+        request_body = SetValueRequest,
+        params(("name" = String, Path, description = "Name of the position")),
+        responses((status = 200, body = VariableInfo)))
+}
 pub async fn put_position(
     handle: Handle,
     Path(name): Path<String>,
@@ -218,11 +235,15 @@ pub async fn put_position(
     set(&handle, name, body, true).await
 }
 
-/// Teach a position
-///
-/// Stores the current position of the arm.
-#[utoipa::path(post, path = "/positions/{name}/teach", request_body = TeachRequest,
-    params(("name" = String, Path, description = "Name of the position")), responses((status = 200, body = VariableInfo)))]
+call! {
+    /// Teach a position
+    ///
+    /// Stores the current position of the arm.
+    teach_position = post("/positions/{name}/teach",
+        request_body = TeachRequest,
+        params(("name" = String, Path, description = "Name of the position")),
+        responses((status = 200, body = VariableInfo)))
+}
 pub async fn teach_position(
     handle: Handle,
     Path(name): Path<String>,

@@ -2,20 +2,21 @@
 //!
 //! [`ts3100_driver::world`] defines the behaviour of a wire.
 
-use super::resource::{Answer, Deserialize, Json, Path, Problem, Serialize, ToSchema, View};
+use super::resource::{Answer, Deserialize, Json, Path, Problem, Serialize, View, call};
 use super::robots::{Fleet, Robots, WireInfo};
 use axum::Extension;
 
 /// The wires.
-#[derive(Debug, Clone, Serialize, ToSchema)]
-#[schema(as = Wires)]
+#[derive(Debug, Clone, Serialize)]
+#[cfg_attr(test, derive(utoipa::ToSchema), schema(as = Wires))]
 pub struct WireList {
     /// Wires in the order of the configuration.
     wires: Vec<WireInfo>,
 }
 
 /// The new level of an outside line.
-#[derive(Debug, Clone, Copy, Deserialize, ToSchema)]
+#[derive(Debug, Clone, Copy, Deserialize)]
+#[cfg_attr(test, derive(utoipa::ToSchema))]
 #[serde(deny_unknown_fields)]
 pub struct SetOutside {
     /// Whether the line is on.
@@ -36,17 +37,23 @@ async fn list(robots: &dyn Robots) -> Answer<WireList> {
     Ok(Json(WireList { wires }))
 }
 
-/// List the wires
-#[utoipa::path(get, path = "/wires", responses((status = 200, body = WireList)))]
+call! {
+    /// List the wires
+    get_wires = get("/wires", responses((status = 200, body = WireList)))
+}
 pub async fn get_wires(Extension(robots): Fleet) -> Answer<WireList> {
     list(robots.as_ref()).await
 }
 
-/// Set an outside line
-///
-/// A line at which a wire begins. All immediate consequences have happened when the call returns.
-#[utoipa::path(put, path = "/wires/outside/{name}", params(("name" = String, Path, description = "Name of the line")),
-    request_body = SetOutside, responses((status = 200, body = WireList)))]
+call! {
+    /// Set an outside line
+    ///
+    /// A line at which a wire begins. All immediate consequences have happened when the call returns.
+    put_outside = put("/wires/outside/{name}",
+        params(("name" = String, Path, description = "Name of the line")),
+        request_body = SetOutside,
+        responses((status = 200, body = WireList)))
+}
 pub async fn put_outside(
     Extension(robots): Fleet,
     Path(name): Path<String>,

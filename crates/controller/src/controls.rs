@@ -151,7 +151,7 @@ macro_rules! controls {
                 press_feed_hold: PressFeedHold = "/feed-hold/press" {
                     form: "feed-hold press",
                     group: panel,
-                    answer: (Switch, look_at_feed_hold),
+                    answer: (Switch, set_feed_hold::look),
                     act: feed_hold,
                     needs_power: true,
                     cannot: ("feed hold", "press feed hold"),

@@ -137,8 +137,11 @@ pub fn document(calls: Vec<Call>, needs_token: bool) -> OpenApi {
             }
         }
         let tag = Some(vec![group.to_owned()]);
-        let (schemas, mut described, _) = call.described;
-        components.schemas.extend(schemas);
+        let mut described = call.described.paths;
+        let schemas = call.described.components.into_iter();
+        components
+            .schemas
+            .extend(schemas.flat_map(|components| components.schemas));
         for item in described.paths.values_mut() {
             for (method, operation) in operations(item) {
                 operation.tags.clone_from(&tag);
