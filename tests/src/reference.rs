@@ -80,6 +80,11 @@ pub const REGIONS: &[Region] = &[
         text: survey::reasons,
     },
     Region {
+        page: "explanation/fidelity.md",
+        name: "clauses",
+        text: survey::clauses,
+    },
+    Region {
         page: "reference/options.md",
         name: "options",
         text: controller::options,

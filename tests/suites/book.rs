@@ -15,6 +15,7 @@ use ts3100_controller::variation::VARIATIONS;
 use ts3100_emulator::cli;
 use ts3100_emulator::config::OPTIONS;
 use ts3100_proto::command::COMMANDS;
+use ts3100_survey::{catalogue, ledger};
 
 /// Each code with the beginning of the pages of which one has to explain it.
 fn codes() -> BTreeSet<(String, &'static str)> {
@@ -33,6 +34,18 @@ fn codes() -> BTreeSet<(String, &'static str)> {
     }
     for rule in RULES {
         add(rule.id, "reference/findings");
+        for clause in rule.clauses() {
+            add(clause, "explanation/fidelity");
+        }
+    }
+    for row in ledger::rows() {
+        add(row.id, "explanation/fidelity");
+    }
+    for code in cli::EXIT_CODES {
+        add(&code.to_string(), "reference/exit-codes");
+    }
+    for probe in catalogue::probes() {
+        add(probe.id, "reference/survey");
     }
     for kind in KINDS {
         add(kind.name, "reference/faults");

@@ -7,8 +7,15 @@ use crate::page::{Page, Row, Section, cells, plain};
 use crate::{Book, Passage};
 use ts3100_proto::words::did_you_mean_or;
 
-/// Pages that explain codes: the reference, the terms, and the rules of variation.
-const PAGES: [&str; 3] = ["reference/", "glossary", "explanation/variation"];
+/// Pages that explain codes: the reference, the terms, the rules of variation, and the rows of the fidelity page with their clauses.
+const PAGES: [&str; 4] = [
+    "reference/",
+    "glossary",
+    "explanation/variation",
+    "explanation/fidelity",
+];
+/// Page of the exit codes. Numbers are in many tables; alone, one of these is what a program ended with.
+const EXIT_CODES: &str = "reference/exit-codes";
 /// Beginning of the anchors of alarms; their number follows.
 const ALARM: &str = "alarm-";
 /// Variables of the environment, which rows have in any of their cells.
@@ -33,6 +40,9 @@ impl Book {
     /// nothing explains it.
     pub fn explain(&self, code: &str) -> Vec<Passage<'_>> {
         let code = code.trim();
+        if let Some(page) = self.exit_codes(code) {
+            return vec![page];
+        }
         let as_written = self.explained(code, &|word| word == code);
         match as_written.is_empty() {
             true => self.explained(code, &|word| word.eq_ignore_ascii_case(code)),
@@ -76,6 +86,14 @@ impl Book {
         }
         found.append(&mut subjects);
         found
+    }
+
+    /// The exit codes, if this is one of them.
+    fn exit_codes(&self, code: &str) -> Option<Passage<'_>> {
+        let page = self.page(EXIT_CODES)?;
+        let has = |row: &Row| subjects(&cells(page.line(row))).iter().any(|word| word == code);
+        let is_number = code.bytes().all(|byte| byte.is_ascii_digit());
+        (is_number && page.rows.iter().any(has)).then(|| page.passage())
     }
 
     /// The end of a message about a code that nothing explains.
@@ -159,7 +177,8 @@ fn subjects(cells: &[String]) -> Vec<String> {
     }
     if subjects.is_empty() {
         let cell = plain(first);
-        subjects.extend(cell.split(", ").map(str::to_owned));
+        let words = cell.split(", ").map(|word| word.trim_start_matches("+ "));
+        subjects.extend(words.map(str::to_owned));
     }
     let variables = cells.iter().flat_map(|cell| spans(cell));
     let variables = variables.filter(|span| span.starts_with(VARIABLE));
@@ -209,6 +228,8 @@ mod tests {
             ("movej", "reference/scol/motion#motion-statements"),
             ("TS3100_LISTEN", "reference/command-line#ts3100-serve"),
             ("--listen", "reference/command-line#ts3100-serve"),
+            ("text-1", "explanation/fidelity#texts-and-exchanges"),
+            ("FRM-10", "explanation/fidelity#clauses-of-findings"),
         ] {
             assert!(
                 topics(code).iter().any(|found| found == topic),
@@ -224,6 +245,14 @@ mod tests {
             ]
         );
         assert!(topics("xyzzy").is_empty());
+    }
+
+    #[test]
+    fn a_number_alone_is_an_exit_code() {
+        for code in ["0", "3", "5", "64", "125", "127"] {
+            assert_eq!(topics(code), ["reference/exit-codes"], "{code}");
+        }
+        assert!(!topics("6").contains(&"reference/exit-codes".to_owned()));
     }
 
     #[test]

@@ -32,6 +32,8 @@ pub(crate) mod survey;
 mod tap;
 mod usage;
 
+pub use exit::ALL as EXIT_CODES;
+
 use crate::config::ServeArgs;
 use crate::log;
 use crate::log::print_error;

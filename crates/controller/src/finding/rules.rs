@@ -43,6 +43,13 @@ impl Rule {
     pub fn by_id(id: &str) -> Option<&'static Rule> {
         RULES.iter().copied().find(|rule| rule.id == id)
     }
+
+    /// The clauses and decisions of its source.
+    pub fn clauses(&self) -> impl Iterator<Item = &'static str> {
+        let ids = self.source.split_once('[').map_or("", |(_, ids)| ids);
+        let ids = ids.trim_end_matches(']').split(", ");
+        ids.filter(|id| !id.is_empty())
+    }
 }
 
 /// There is one of each name.

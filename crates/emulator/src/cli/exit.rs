@@ -24,3 +24,17 @@ pub(super) const NOT_EXECUTABLE: u8 = 126;
 pub(super) const NOT_FOUND: u8 = 127;
 /// `exec`: added to the number of the signal that ended the command, as in shells.
 pub(super) const BY_SIGNAL: i32 = 128;
+
+/// Those that do not depend on a signal.
+pub const ALL: [u8; 10] = [
+    0,
+    NEGATIVE,
+    UNUSABLE,
+    NO_ANSWER,
+    NOT_REACHED,
+    SCENARIO_FAILED,
+    REPORTS_FAILED,
+    EMULATOR_FAILED,
+    NOT_EXECUTABLE,
+    NOT_FOUND,
+];
