@@ -115,6 +115,8 @@ pub struct EventLog {
     /// are logged at level debug.
     /// One that a fault has caused is not the host's: the first of the host is still logged in full.
     reported: Vec<(Option<Port>, &'static Rule, bool, String)>,
+    /// Numbers of the alarms already logged with the command that explains them.
+    explained: Vec<String>,
     /// The last finding, held back: if the next event refuses the same text, both become one line.
     pending: Option<PendingFinding>,
 }
@@ -151,7 +153,23 @@ impl EventLog {
         if !matches!(event, Event::Answered { .. }) {
             self.flush();
         }
-        log_event(now, event);
+        if let Event::Alarm { number, text } = event {
+            self.log_alarm(now, number, text);
+        } else {
+            log_event(now, event);
+        }
+    }
+
+    /// Logs an alarm, the first of its number with the command that explains it.
+    fn log_alarm(&mut self, t: Time, number: &str, text: &str) {
+        let see = match self.explained.iter().any(|known| known == number) {
+            true => String::new(),
+            false => format!(". See `{}`", ts3100_book::explain_command(number)),
+        };
+        if !see.is_empty() {
+            self.explained.push(number.to_owned());
+        }
+        warn!(event = "alarm", %t, number, text, "alarm {number} {text}{see}");
     }
 
     /// Logs a finding that is held back.
@@ -199,11 +217,11 @@ impl EventLog {
             return;
         };
         let (level, remedy) = (found.severity(), found.rule.remedy);
-        // The reason is all there is to say of a command that is refused by the state of the robot.
         let advice = match rule {
-            Some(REFUSED_BY_STATE) => String::new(),
             // The host has nothing to change.
             _ if cause.is_some() => String::new(),
+            // The state of the robot is the reason; the command's section lists what it needs.
+            Some(REFUSED_BY_STATE) => format!(". See `{}`", ts3100_book::explain_command(command)),
             _ => format!(". {}", advice(found.rule)),
         };
         warn_or_info!(
@@ -322,8 +340,8 @@ fn log_event(t: Time, event: &Event) {
             message,
             fired,
         } => log_fault(t, (*id, kind), port.map(Port::name), message, *fired),
-        // Logged by `EventLog::write`, which joins the two.
-        Event::Finding(_) | Event::Refused { .. } => {}
+        // Logged by `EventLog::write`, which joins the first two.
+        Event::Finding(_) | Event::Refused { .. } | Event::Alarm { .. } => {}
         Event::Answered {
             port,
             row,
@@ -331,9 +349,6 @@ fn log_event(t: Time, event: &Event) {
             verdict,
             ..
         } => log_answered(t, *port, (row, mode.as_str()), *verdict),
-        Event::Alarm { number, text } => {
-            warn!(event = "alarm", %t, number, text, "alarm {number} {text}");
-        }
         Event::ActionRefused(error) => info!(event = "action-refused", "{error}"),
         Event::AlarmsReset => info!(event = "alarms-reset", %t, "alarms reset"),
         Event::Status { status, line } => {
@@ -552,6 +567,37 @@ mod tests {
             ),
             "{message}"
         );
+    }
+
+    #[test]
+    fn an_alarm_and_a_refused_command_name_what_explains_them_once() {
+        let alarm = Event::Alarm {
+            number: "2-046".into(),
+            text: "Text".into(),
+        };
+        let refused = || {
+            let finding = Finding {
+                rule: &rules::REFUSED_BY_STATE,
+                ..no_cr(Some(Port::Ip0)).finding
+            };
+            let refused = Event::Refused {
+                port: Port::Ip0,
+                command: "RN".to_owned(),
+                reason: "servo power is off".to_owned(),
+            };
+            [Event::Finding(finding), refused]
+        };
+        let [[a, b], [c, d]] = [refused(), refused()];
+        let logged = lines(&[alarm.clone(), alarm, a, b, c, d]);
+        let counted = |words: &str| logged.iter().filter(|line| line.contains(words)).count();
+        assert_eq!(logged.len(), 4, "{logged:#?}");
+        for code in ["2-046", "RN"] {
+            assert_eq!(
+                counted(&format!(". See `ts3100 explain {code}`")),
+                1,
+                "{logged:#?}"
+            );
+        }
     }
 
     #[test]
