@@ -55,8 +55,8 @@ def stage(folder):
     manifest = re.sub(r'(, )?"(tests|benches)"', "", manifest)
     manifest = PATH.sub(lambda found: '%s, version = "=%s"' % (found[1], number), manifest)
     (folder / "Cargo.toml").write_text(manifest)
-    # The build script of the book packs the pages that are beside it.
-    for page in (ROOT / "docs").rglob("*.md"):
+    # The build script of the book packs the pages that are beside it, and the files of JSON that they link.
+    for page in [*(ROOT / "docs").rglob("*.md"), *(ROOT / "docs").rglob("*.json")]:
         copy = folder / "crates/book/pages" / page.relative_to(ROOT / "docs")
         copy.parent.mkdir(parents=True, exist_ok=True)
         shutil.copy(page, copy)

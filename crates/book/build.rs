@@ -4,6 +4,8 @@
 //! Each file begins with a line of a form feed and its path; after each of its sections in Markdown follows the same in HTML, which compresses
 //! well so; vertical tabs part them. Comments, which only the tests of the pages read, are left out. In a
 //! package of this crate the pages are in `pages`, where `packaging/crates.py` puts them; in the repository they are in `docs`.
+//!
+//! The files of JSON that a page links follow it: they have the same words, so they compress well there.
 
 use flate2::Compression;
 use flate2::write::GzEncoder;
@@ -14,6 +16,8 @@ use std::io::Write as _;
 use std::path::Path;
 
 const SUMMARY: &str = "SUMMARY.md";
+/// Ending of the files beside pages that are packed.
+const JSON: &str = ".json";
 
 fn main() -> Result<(), Box<dyn Error>> {
     let crate_root = std::env::var("CARGO_MANIFEST_DIR")?;
@@ -26,6 +30,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let linked = summary.split("](").skip(1);
     let names = linked.filter_map(|rest| rest.split(')').next());
     let mut archive = String::new();
+    let mut documents = Vec::new();
     for name in std::iter::once(SUMMARY).chain(names) {
         let path = folder.join(name);
         println!("cargo::rerun-if-changed={}", path.display());
@@ -45,6 +50,18 @@ fn main() -> Result<(), Box<dyn Error>> {
         let mut forms = forms.into_iter();
         for text in texts {
             archive += &format!("{text}\x0b{}\x0b", forms.next().unwrap_or_default());
+        }
+        for document in linked_documents(name, &text) {
+            if documents.contains(&document) {
+                continue;
+            }
+            let path = folder.join(&document);
+            println!("cargo::rerun-if-changed={}", path.display());
+            let json = fs::read_to_string(&path).map_err(|error| format!("{}: {error}", path.display()))?;
+            // A string of JSON has no line end, so the blanks before and after a line are none of its text.
+            let json: String = json.lines().map(str::trim).collect();
+            archive += &format!("\x0c{document}\n{json}");
+            documents.push(document);
         }
     }
     let output = Path::new(&std::env::var("OUT_DIR")?).join("book.gz");
@@ -114,6 +131,13 @@ fn html_of(name: &str, text: &str) -> String {
     text
 }
 
+/// Paths of the files of JSON that a page links.
+fn linked_documents(page: &str, text: &str) -> Vec<String> {
+    let links = text.split("](").skip(1).filter_map(|rest| rest.split(')').next());
+    let links = links.filter(|link| link.ends_with(JSON) && !link.contains("://"));
+    links.map(|link| path_of(page, link)).collect()
+}
+
 /// Where a link on a page leads.
 fn address(page: &str, link: &str) -> Option<String> {
     if link.contains("://") {
@@ -123,6 +147,15 @@ fn address(page: &str, link: &str) -> Option<String> {
     if path.is_empty() {
         return Some(format!("book:{}{anchor}", page.strip_suffix(".md")?));
     }
+    let path = path_of(page, path);
+    if path.ends_with(JSON) {
+        return Some(format!("book:{path}"));
+    }
+    Some(format!("book:{}{anchor}", path.strip_suffix(".md")?))
+}
+
+/// The path below `docs` that a path on a page means.
+fn path_of(page: &str, path: &str) -> String {
     let mut parts: Vec<&str> = page.split('/').collect();
     parts.pop();
     for part in path.split('/') {
@@ -132,8 +165,7 @@ fn address(page: &str, link: &str) -> Option<String> {
             part => parts.push(part),
         }
     }
-    let path = parts.join("/");
-    Some(format!("book:{}{anchor}", path.strip_suffix(".md")?))
+    parts.join("/")
 }
 
 /// The page without the lines outside of code blocks that are comments.

@@ -50,7 +50,11 @@ mod tests {
             {
                 count += 1;
                 match link.strip_prefix("book:") {
-                    Some(topic) => assert!(book().find(topic).is_ok(), "{}: {link}", page.path),
+                    Some(topic) => assert!(
+                        book().find(topic).is_ok() || book().document(topic).is_some(),
+                        "{}: {link}",
+                        page.path
+                    ),
                     None => assert!(link.starts_with("http"), "{}: {link}", page.path),
                 }
             }
@@ -95,9 +99,6 @@ mod tests {
             "{section}"
         );
         let files = book().page("reference/controls").unwrap().passage().html("");
-        assert!(
-            files.contains("controls.json") && !files.contains(".json\""),
-            "{files}"
-        );
+        assert!(files.contains("href=\"reference/controls.json\""), "{files}");
     }
 }

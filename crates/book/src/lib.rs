@@ -50,9 +50,11 @@ pub fn command_of_path(path: &str) -> Option<String> {
     Some(explain_command(code))
 }
 
-/// The pages in the order of the summary.
+/// The pages in the order of the summary, and the files of JSON that they link.
 pub struct Book {
     pages: Vec<Page>,
+    /// Paths, as `reference/controls.json`, with their texts.
+    documents: Vec<(String, String)>,
 }
 
 /// A page, or a part of one.
@@ -86,7 +88,9 @@ impl Book {
         let mut archive = String::new();
         // The build script has packed it of strings.
         let _ = GzDecoder::new(ARCHIVE).read_to_string(&mut archive);
-        let mut files = archive.split('\x0c').filter_map(|file| file.split_once('\n'));
+        let files = archive.split('\x0c').filter_map(|file| file.split_once('\n'));
+        let (documents, files): (Vec<_>, Vec<_>) = files.partition(|(path, _)| path.ends_with(".json"));
+        let mut files = files.into_iter();
         let summary = files.next().map_or("", |(_, summary)| summary);
         let entries = page::entries(summary);
         let pages = entries.zip(files).map(|(entry, (_, forms))| {
@@ -95,7 +99,17 @@ impl Book {
         });
         Book {
             pages: pages.collect(),
+            documents: documents
+                .into_iter()
+                .map(|(path, text)| (path.to_owned(), text.to_owned()))
+                .collect(),
         }
+    }
+
+    /// The text of a file of JSON that a page links, for example `reference/controls.json`.
+    pub fn document(&self, path: &str) -> Option<&str> {
+        let found = self.documents.iter().find(|(known, _)| known == path);
+        found.map(|(_, text)| text.as_str())
     }
 
     /// The pages in the order of the summary.

@@ -63,6 +63,9 @@ async fn first(Query(Search { search }): Query<Search>) -> Response {
 async fn page(Path(path): Path<String>) -> Response {
     let layout = Layout::new(path.matches('/').count());
     let path = path.trim_end_matches('/');
+    if let Some(document) = book().document(path) {
+        return ([(CONTENT_TYPE, "application/json")], document).into_response();
+    }
     let path = path
         .strip_suffix(".html")
         .or(path.strip_suffix(".md"))

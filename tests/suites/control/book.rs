@@ -95,6 +95,24 @@ fn codes_and_words_are_found() {
     assert_eq!(robot.call_text("GET", docs, "").0, 200, "{docs}");
 }
 
+/// Pages link the schemas and the list of controls.
+#[test]
+fn files_of_json_are_served_as_json() {
+    let robot = Bench::start(builder());
+    for name in ["config.schema", "controls", "faults.schema", "scenario.schema"] {
+        let request = format!(
+            "GET /book/reference/{name}.json HTTP/1.1\r\nHost: localhost\r\nConnection: close\r\n\r\n"
+        );
+        let answer = robot.raw(request.as_bytes());
+        assert!(answer.contains("content-type: application/json"), "{answer}");
+        let (_, text) = robot.call_text("GET", &format!("/book/reference/{name}.json"), "");
+        let served: serde_json::Value = serde_json::from_str(&text).unwrap();
+        let path = ts3100_tests::reference::book().join(format!("reference/{name}.json"));
+        let file: serde_json::Value = serde_json::from_str(&std::fs::read_to_string(path).unwrap()).unwrap();
+        assert_eq!(served, file, "{name}");
+    }
+}
+
 /// It shows nothing of a robot, so it needs no token, as the page.
 #[test]
 fn it_needs_no_token_and_loads_only_styles_of_the_emulator() {

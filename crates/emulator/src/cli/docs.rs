@@ -64,6 +64,10 @@ pub(super) fn run(args: &DocsArgs) -> anyhow::Result<u8> {
     if !args.search.is_empty() {
         return search(book, &args.search.join(" "), args.json);
     }
+    let document = args.topic.as_deref().and_then(|topic| book.document(topic));
+    if let Some(document) = document {
+        return output::print(format!("{document}\n")).map(|()| 0);
+    }
     let passages: Vec<Passage<'_>> = match &args.topic {
         Some(topic) => vec![book.find(topic)?],
         None if args.all => book.pages().iter().map(Page::passage).collect(),
