@@ -488,6 +488,37 @@ fn shells_get_their_completions() {
     }
 }
 
+/// What a shell gets at a TAB, with this address of the control interface.
+fn completed(url: &str, words: &[&str]) -> Vec<String> {
+    let asked = ts3100(&[])
+        .env("TS3100_COMPLETE", "fish")
+        .env("TS3100_CONTROL_URL", url)
+        .args([&["--", "ts3100"][..], words].concat())
+        .output()
+        .unwrap();
+    let printed = stdout(&asked);
+    let values = printed.lines().filter_map(|line| line.split('\t').next());
+    values.map(str::to_owned).collect()
+}
+
+#[test]
+fn names_are_completed_from_the_robot_that_runs() {
+    let serve = Serve::start(&["--select", "DEMO"]);
+    let url = serve.control.clone().unwrap();
+    expect_code(&ctl(&serve, &["snapshots", "take", "begin"]), 0);
+    for (words, expected) in [
+        (&["ctl", "files", "get", "DE"][..], "DEMO"),
+        (&["ctl", "files", "select", "DI"], "DIALOG"),
+        (&["ctl", "snapshots", "restore", "b"], "begin"),
+    ] {
+        assert_eq!(completed(&url, words), [expected], "{words:?}");
+    }
+    // Nobody answers there.
+    assert!(completed("http://127.0.0.1:1", &["ctl", "files", "get", "DE"]).is_empty());
+    let words = ["ctl", "--url", &url, "files", "get", "DE"];
+    assert_eq!(completed("http://127.0.0.1:1", &words), ["DEMO"]);
+}
+
 #[test]
 fn completions_and_manual_pages_are_installed_where_they_are_looked_for() {
     let home = TempDir::new("home");

@@ -2,8 +2,11 @@
 //!
 //! At each TAB the shell runs this program with the words typed so far, so that it offers what this program accepts. `ts3100
 //! completions SHELL` prints the script that tells the shell to do so. Values come from the tables of the code: the options with
-//! their words, the kinds of faults with their parameters, the arms; files by their kind.
+//! their words, the kinds of faults with their parameters, the arms; files by their kind. Names of files, variables, positions and
+//! snapshots come from the robot that runs.
 
+use super::ctl::target::TargetArgs;
+use super::run::CHANNELS;
 use super::{Cli, output};
 use crate::config::OPTIONS;
 use crate::config::model::SHIPPED;
@@ -15,16 +18,19 @@ use clap_complete::engine::{
     ArgValueCompleter, CompletionCandidate, PathCompleter, ValueCompleter, complete,
 };
 use clap_complete::env::{CompleteEnv, Elvish, EnvCompleter, Fish, Powershell, Shells, Zsh};
+use serde_json::Value;
 use std::ffi::{OsStr, OsString};
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
+use std::time::Duration;
 use ts3100_book::{Page, book};
-use ts3100_controller::Port;
 use ts3100_controller::faults::{COMMON_KEYS, KINDS, Parameter, ParameterType};
 use ts3100_controller::findings::RULES;
+use ts3100_controller::{Port, action_forms};
 use ts3100_driver::pc_file::drive_name;
 use ts3100_proto::command::COMMANDS;
 use ts3100_recording::reports::Deny;
+use ts3100_recording::scenario::CHANNEL_ACTIONS;
 
 /// The variable by which a shell asks for completions.
 const VARIABLE: &str = "TS3100_COMPLETE";
@@ -32,6 +38,16 @@ const VARIABLE: &str = "TS3100_COMPLETE";
 const BASH_WORD: &str = "TS3100_COMPLETE_WORD";
 /// Between two completions for Bash: not in a name of a file.
 const BASH_SEPARATOR: &str = "\u{b}";
+
+/// Longest wait for the names of a running robot: a TAB has to feel immediate.
+const ROBOT_TIMEOUT: Duration = Duration::from_millis(200);
+/// Arguments that name something of a running robot, by the command, and where its control interface lists that.
+const NAMES: [(&[&str], &str, &str); 4] = [
+    (&["get", "put", "erase", "select", "check"], "name", "/files"),
+    (&["take", "restore", "delete", "show"], "name", "/snapshots"),
+    (&["variables"], "name", "/variables"),
+    (&["positions"], "name", "/positions"),
+];
 
 /// Endings of the names of files, by flag or argument and subcommand; the first row that fits counts.
 const FILES: [(&str, &str, &[&str]); 16] = [
@@ -145,9 +161,15 @@ fn with_value(command: &str, argument: Arg) -> Arg {
         Some("drive" | "serial-dir") => directories,
         None if command == "mode" && name == "mode" => times,
         None if command == "arm" && name == "spec" => faults,
+        Some("input") if command == "run" => inputs,
+        Some("at") => moments,
         None if command == "docs" && name == "topic" => topics,
         None if command == "explain" && name == "code" => codes,
         Some(_) | None => {
+            let named = NAMES.iter().find(|row| row.0.contains(&command) && row.1 == name);
+            if let Some((_, _, path)) = named {
+                return argument.add(ArgValueCompleter::new(|word: &OsStr| names(word, path)));
+            }
             let fits = |row: &&(&str, &str, &[&str])| (row.0.is_empty() || row.0 == command) && row.1 == name;
             return match FILES.iter().find(fits) {
                 Some((_, _, endings)) => {
@@ -167,6 +189,51 @@ fn files(word: &OsStr, endings: &'static [&'static str]) -> Vec<CompletionCandid
         path.is_file() && endings.iter().any(|known| known.eq_ignore_ascii_case(ending))
     };
     ValueCompleter::complete(&PathCompleter::any().filter(is_one), word)
+}
+
+/// Names that a running robot lists there; none if no robot answers.
+fn names(word: &OsStr, path: &str) -> Vec<CompletionCandidate> {
+    let words: Vec<OsString> = std::env::args_os().collect();
+    let answer = TargetArgs::of_words(&words).ask(path, ROBOT_TIMEOUT);
+    beginning(
+        word,
+        names_in(&answer.unwrap_or_default())
+            .into_iter()
+            .map(|name| (name, "")),
+    )
+}
+
+/// The names in a list of the control interface, which may be the field of an object.
+fn names_in(answer: &Value) -> Vec<String> {
+    let in_field = || answer.as_object()?.values().find_map(Value::as_array);
+    let list = answer.as_array().or_else(in_field);
+    let names = list.into_iter().flatten();
+    let names = names.filter_map(|one| one.get("name")?.as_str());
+    names.map(str::to_owned).collect()
+}
+
+/// `CHANNEL=`, then `CHANNEL=FILE`.
+fn inputs(word: &OsStr) -> Vec<CompletionCandidate> {
+    let typed = word.to_string_lossy();
+    let Some((channel, path)) = typed.split_once('=') else {
+        let channels = CHANNELS.iter().map(|channel| channel.to_ascii_lowercase());
+        return beginning(word, channels.map(|channel| (format!("{channel}="), "")));
+    };
+    let found = ValueCompleter::complete(&PathCompleter::any(), OsStr::new(path));
+    let prefix = format!("{channel}=");
+    found.into_iter().map(|file| file.add_prefix(&prefix)).collect()
+}
+
+/// After `TIME: `, the words that an action begins with.
+fn moments(word: &OsStr) -> Vec<CompletionCandidate> {
+    let typed = word.to_string_lossy();
+    let Some((time, _)) = typed.split_once(": ") else {
+        return Vec::new();
+    };
+    let is_word = |word: &&str| word.bytes().all(|byte| byte.is_ascii_lowercase() || byte == b'-');
+    let begins = |form: &'static str| form.split(' ').take_while(is_word).collect::<Vec<_>>().join(" ");
+    let forms = action_forms().chain(CHANNEL_ACTIONS).map(begins);
+    beginning(word, forms.map(|form| (format!("{time}: {form}"), "")))
 }
 
 /// The candidates that begin with the word.
@@ -421,10 +488,27 @@ mod tests {
             (&["ts3100", "docs", "reference/al"], &["reference/alarms"]),
             (&["ts3100", "docs", "alarms#alarm-2-04"], &["alarms#alarm-2-046"]),
             (&["ts3100", "explain", "left-in"], &["left-in-exchange"]),
+            (&["ts3100", "run", "--input", "ip1"], &["ip1="]),
+            (&["ts3100", "run", "--at", "1 s: serv"], &["1 s: servo"]),
         ] {
             assert_eq!(values(words), expected, "{words:?}");
         }
         assert!(values(&["ts3100", "serve", "--set", ""]).len() > OPTIONS.len());
+    }
+
+    #[test]
+    fn names_are_those_of_a_list_of_the_robot() {
+        for answer in [
+            r#"{"files":[{"name":"DEMO","size":1}],"selected":"","capacity":5}"#,
+            r#"[{"name":"DEMO","type":"integer"}]"#,
+        ] {
+            assert_eq!(
+                names_in(&serde_json::from_str(answer).unwrap()),
+                ["DEMO"],
+                "{answer}"
+            );
+        }
+        assert!(names_in(&Value::Null).is_empty());
     }
 
     #[test]

@@ -32,7 +32,7 @@ const MAX_RECORDS: u64 = 64 * 1024 * 1024;
 /// Longest run that can be asked for: a hundred years.
 const MAX_TIME: &str = "3155760000s";
 /// The channels a program can INPUT from.
-const CHANNELS: [&str; 4] = ["TP", "COM1", "IP1", "IP2"];
+pub(super) const CHANNELS: [&str; 4] = ["TP", "COM1", "IP1", "IP2"];
 
 /// Run a SCOL program without a host or sockets.
 ///

@@ -4,9 +4,12 @@
 //! State files name the emulators ([`crate::instances`]). They also tell a port of the robot from the interface, before
 //! anything is sent to it.
 
+use super::call::Call;
 use crate::config::exported;
 use crate::instances::{self, Instance};
 use clap::Args;
+use serde_json::Value;
+use std::ffi::OsString;
 use std::time::Duration;
 use ts3100_control::URL_VARIABLE;
 use ts3100_control::client::{Client, ClientError};
@@ -83,6 +86,34 @@ impl TargetArgs {
     /// See [`TargetError`].
     pub fn url(&self) -> Result<String, TargetError> {
         choose(given(self.url.as_ref(), URL_VARIABLE), instances::running())
+    }
+
+    /// The target of a command line that is not complete.
+    pub fn of_words(words: &[OsString]) -> TargetArgs {
+        let value = |flag: &str| {
+            let at = words.iter().position(|word| word == flag)?;
+            Some(words.get(at + 1)?.to_str()?.to_owned())
+        };
+        TargetArgs {
+            url: value("--url"),
+            robot: value("--robot"),
+            token: value("--token"),
+        }
+    }
+
+    /// What the robot says to a question; none if it does not answer within this time or refuses.
+    pub fn ask(&self, path: &str, limit: Duration) -> Option<Value> {
+        let (path, body) = (path.to_owned(), None);
+        let call = Call {
+            method: "GET",
+            path,
+            body,
+        };
+        let call = call.of_robot(self.robot());
+        let client = self.client(&self.url().ok()?, limit).ok()?;
+        let (status, text) = client.call(call.method, &call.path, None).ok()?;
+        let answer = serde_json::from_str(&text).ok();
+        answer.filter(|_| status < 400)
     }
 
     /// The robot that is called, where there are several.
