@@ -107,6 +107,14 @@ fn every_subcommand_has_a_manual_page() {
         ),
         ("ts3100-run.1", ".SH EXAMPLES\n.nf\n&ts3100 run pick.scol"),
         ("ts3100-ctl.1", "ts3100 docs reference/ctl"),
+        (
+            "ts3100-ctl-files-get.1",
+            ".SH EXAMPLES\n.nf\n&ts3100 ctl files get DEMO\n.fi\n",
+        ),
+        (
+            "ts3100-host-rn.1",
+            ".SH EXAMPLES\n.nf\n&ts3100 host 127.0.0.1:11000 rn --wait\n.fi\n",
+        ),
         ("ts3100.1", "ts3100 explain CODE"),
     ] {
         let text = std::fs::read_to_string(pages.join(page)).unwrap();

@@ -230,14 +230,98 @@ const EXAMPLES: &str =
 /// The commands that `ts3100 -h` shows.
 const FIRST: [&str; 6] = ["serve", "exec", "host", "ctl", "check", "run"];
 
-/// Command lines to begin with, one a line; empty for a command that is part of another.
-pub(super) fn examples(command: &Command) -> &'static str {
+/// Examples of commands with commands of their own.
+const NESTED: [(&str, &str); 11] = [
+    (
+        "ctl-alarms",
+        "ts3100 ctl alarms raise 2-046\nts3100 ctl alarms reset\nts3100 ctl alarms table 2-046",
+    ),
+    (
+        "ctl-clock",
+        "ts3100 ctl clock mode stepped\nts3100 ctl clock advance 5s\nts3100 ctl clock advance-until idle",
+    ),
+    (
+        "ctl-channels",
+        "ts3100 ctl channels ip1 inject \"5<CR>\"\nts3100 ctl channels ip0 drop",
+    ),
+    (
+        "ctl-faults",
+        "ts3100 ctl faults arm late-reply:command=SU\nts3100 ctl faults disarm 1",
+    ),
+    (
+        "ctl-files",
+        "ts3100 ctl files get DEMO\nts3100 ctl files put PICK pick.scol\nts3100 ctl files select PICK\n\
+         ts3100 ctl files check PICK\nts3100 ctl files erase PICK",
+    ),
+    (
+        "ctl-inputs",
+        "ts3100 ctl inputs 8 on\nts3100 ctl inputs 8 off\nts3100 ctl inputs 8 pulse on 200ms\n\
+         ts3100 ctl inputs 8 force off\nts3100 ctl inputs 8 release\nts3100 ctl inputs 8 wait on --within 10s",
+    ),
+    (
+        "ctl-jog",
+        "ts3100 ctl jog plus 1 --inching\nts3100 ctl jog minus 3 --coordinates world\nts3100 ctl jog stop",
+    ),
+    (
+        "ctl-outputs",
+        "ts3100 ctl outputs 5 wait on --within 10s\nts3100 ctl outputs 5 force on\nts3100 ctl outputs 5 release",
+    ),
+    (
+        "ctl-program",
+        "ts3100 ctl program start\nts3100 ctl program stop\nts3100 ctl program run-to 12",
+    ),
+    (
+        "ctl-snapshots",
+        "ts3100 ctl snapshots take ready\nts3100 ctl snapshots restore ready\n\
+         ts3100 ctl snapshots show ready > ready.json\nts3100 ctl snapshots load ready.json",
+    ),
+    (
+        "faults-check",
+        "ts3100 faults check late-reply:command=SU,delay=500ms",
+    ),
+];
+
+/// Command lines to begin with; none for a command without any.
+pub(super) fn examples(command: &Command) -> Vec<&'static str> {
     let name = command.get_display_name().unwrap_or_else(|| command.get_name());
-    let Some(name) = name.strip_prefix("ts3100-") else {
-        return EXAMPLES;
-    };
-    let row = EVERYDAY.iter().find(|everyday| everyday.name == name);
-    row.map_or("", |everyday| everyday.example)
+    match name.strip_prefix("ts3100-") {
+        Some(name) => examples_of(name),
+        None => EXAMPLES.lines().collect(),
+    }
+}
+
+/// Those of a command by its name in manuals, `ctl-files-get`: of the rows for it and what it is part of, the lines that have its
+/// words, or all of its own row.
+fn examples_of(name: &str) -> Vec<&'static str> {
+    let rows = EVERYDAY.iter().map(|everyday| (everyday.name, everyday.example));
+    let rows = NESTED.into_iter().chain(rows);
+    let is_part = |row: &str| name.strip_prefix(row).is_some_and(|rest| rest.starts_with('-'));
+    let mut found = Vec::new();
+    for (row, example) in rows {
+        let has_its_words = |line: &&str| {
+            let mut words = line.split([' ', '-']);
+            name.split('-').all(|part| words.any(|word| word == part))
+        };
+        match row == name {
+            true => return example.lines().collect(),
+            false if is_part(row) => found.extend(example.lines().filter(has_its_words)),
+            false => {}
+        }
+    }
+    found
+}
+
+/// The commands of a command with their examples at the end of their help.
+fn with_nested_examples(command: Command, path: &str) -> Command {
+    command.mut_subcommands(|inner| {
+        let path = format!("{path}-{}", inner.get_name());
+        let examples = examples_of(&path).join("\n  ");
+        let inner = with_nested_examples(inner, &path);
+        match examples.is_empty() {
+            true => inner,
+            false => inner.after_help(format!("Examples:\n  {examples}")),
+        }
+    })
 }
 
 /// Where the documentation explains a command, as a command line.
@@ -255,7 +339,9 @@ pub(super) fn documentation(command: &Command) -> String {
 /// The definition with what help shows besides.
 pub(super) fn with_help(program: Command, extent: Extent) -> Command {
     let program = EVERYDAY.iter().fold(program, |program, everyday| {
-        program.mut_subcommand(everyday.name, |command| explain(command, everyday, extent))
+        program.mut_subcommand(everyday.name, |command| {
+            with_nested_examples(explain(command, everyday, extent), everyday.name)
+        })
     });
     let documentation = "Documentation: ts3100 docs. A code, for example E0101 or 2-046: ts3100 explain CODE";
     match extent {

@@ -84,7 +84,8 @@ fn write_page(command: &Command, page: &mut Vec<u8>) -> io::Result<()> {
     }
     let examples = help::examples(command);
     if !examples.is_empty() {
-        write!(page, ".SH EXAMPLES\n.nf\n{}\n.fi\n", escaped(examples))?;
+        let examples = escaped(&examples.join("\n"));
+        write!(page, ".SH EXAMPLES\n.nf\n{examples}\n.fi\n")?;
     }
     let documentation = escaped(&help::documentation(command));
     write!(page, ".SH SEE ALSO\n.nf\n{documentation}\n.fi\n")?;
