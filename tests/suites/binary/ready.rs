@@ -45,6 +45,21 @@ fn it_finds_the_emulator_by_the_variables_of_serve() {
 }
 
 #[test]
+fn programs_get_json() {
+    let robot = Serve::start(&[]);
+    let url = robot.control.clone().unwrap();
+    let output = ready(&[], &["--json", "--url", &url]);
+    expect_code(&output, 0);
+    assert_eq!(stdout(&output), format!("{{\"ready\":true,\"at\":\"{url}\"}}\n"));
+    let url = format!("http://127.0.0.1:{}", free_port());
+    let output = ready(&[], &["--json", "--url", &url]);
+    expect_code(&output, 3);
+    let begin = format!("{{\"ready\":false,\"at\":\"{url}\",\"reason\":\"cannot reach ");
+    assert!(stdout(&output).starts_with(&begin), "{}", stdout(&output));
+    assert_eq!(stderr(&output), "");
+}
+
+#[test]
 fn an_interface_that_wants_a_token_answers() {
     let token = "0123456789abcdef";
     let robot = Serve::start(&["--control-token", token]);

@@ -13,7 +13,7 @@ use crate::instances::{self, Instance};
 use crate::log::print_error;
 use anyhow::{Context as _, bail};
 use clap::Args;
-use serde_json::Value;
+use serde_json::{Value, json};
 use std::ffi::OsStr;
 use std::fmt;
 use std::net::{SocketAddr, TcpStream};
@@ -42,6 +42,9 @@ pub(super) struct ReadyArgs {
     /// URL of the control interface [env: TS3100_CONTROL_URL]
     #[arg(long, value_name = "URL")]
     url: Option<String>,
+    /// Print one line of JSON: whether it is ready, where it was asked, and why it is not
+    #[arg(long)]
+    json: bool,
 }
 
 /// Place to ask.
@@ -73,10 +76,20 @@ pub(super) fn run(args: &ReadyArgs) -> anyhow::Result<u8> {
         let target = Target::find(args, &environment, instances::running())?;
         let left = until.saturating_duration_since(Instant::now());
         let Err(reason) = target.ask(left.clamp(PAUSE, QUESTION_TIMEOUT)) else {
-            return output::print(format!("{target} is ready\n")).map(|()| 0);
+            let told = match args.json {
+                true => format!("{}\n", json!({ "ready": true, "at": target.place() })),
+                false => format!("{target} is ready\n"),
+            };
+            return output::print(told).map(|()| 0);
         };
         if args.wait.is_none() || Instant::now() >= until {
-            print_error(format_args!("{target} is not ready: {reason:#}"));
+            if args.json {
+                let reason = format!("{reason:#}");
+                let told = json!({ "ready": false, "at": target.place(), "reason": reason });
+                output::print(format!("{told}\n"))?;
+            } else {
+                print_error(format_args!("{target} is not ready: {reason:#}"));
+            }
             return Ok(args.wait.map_or(NO_ANSWER, |_| NOT_REACHED));
         }
         std::thread::sleep(PAUSE);
@@ -84,6 +97,15 @@ pub(super) fn run(args: &ReadyArgs) -> anyhow::Result<u8> {
 }
 
 impl Target {
+    /// The URL of the control interface, or the address of IP0.
+    fn place(&self) -> Option<String> {
+        match self {
+            Target::Control(url, _) => Some(url.clone()),
+            Target::Ip0(address) => Some(address.to_string()),
+            Target::NotFound => None,
+        }
+    }
+
     fn find(args: &ReadyArgs, environment: &Environment, running: Vec<Instance>) -> anyhow::Result<Target> {
         let variable = environment.get(OsStr::new(URL_VARIABLE));
         let variable = variable.filter(|url| !url.is_empty());
@@ -177,6 +199,7 @@ mod tests {
         let args = ReadyArgs {
             wait: None,
             url: None,
+            json: false,
         };
         Target::find(&args, &environment, running.to_vec())
             .map_or_else(|error| format!("{error:#}"), |target| target.to_string())
