@@ -162,7 +162,10 @@ fn exit_with_usage_error(error: clap::Error) -> ! {
     if is_help(&error) {
         let program = help::with_help(grammar(), Extent::of(&words));
         let help = program.try_get_matches_from(std::env::args_os()).err();
-        help.filter(is_help).unwrap_or(error).exit();
+        exit_with_help(&help.filter(is_help).unwrap_or(error));
+    }
+    if error.kind() == ErrorKind::DisplayVersion {
+        exit_with_help(&error);
     }
     let error = usage::explain(error, &grammar(), &words);
     let mut words = words.into_iter();
@@ -178,6 +181,20 @@ fn exit_with_usage_error(error: clap::Error) -> ! {
         std::process::exit(i32::from(exit::EMULATOR_FAILED));
     }
     error.exit()
+}
+
+/// Prints a help or the version, and ends the process.
+fn exit_with_help(help: &clap::Error) -> ! {
+    if !help.use_stderr()
+        && let Err(error) = output::written(help.print())
+    {
+        print_error(format_args!("{error:#}"));
+        std::process::exit(i32::from(exit::UNUSABLE));
+    }
+    if help.use_stderr() {
+        help.exit();
+    }
+    std::process::exit(0)
 }
 
 #[cfg(test)]

@@ -13,6 +13,7 @@ mod tests;
 pub use args::CtlArgs;
 
 use super::exit::{NEGATIVE, NO_ANSWER, NOT_REACHED, UNUSABLE};
+use super::output;
 use crate::log::{print_error, print_warning};
 use args::{Command, FaultsCommand, FileCommand, SnapshotCommand};
 use call::Call;
@@ -96,7 +97,10 @@ fn perform(client: &Client, call: &Call, args: &CtlArgs) -> Result<u8, ClientErr
         (None, Command::Metrics) if args.json => format!("{}\n", show::metrics(&text)),
         (None, _) => text,
     };
-    print(&shown);
+    if let Err(error) = output::print(&shown) {
+        print_error(format_args!("{error:#}"));
+        return Ok(UNUSABLE);
+    }
     let reached = answer
         .as_ref()
         .and_then(|answer| answer.get("reached")?.as_bool());
