@@ -99,6 +99,15 @@ fn an_assistant_writes_checks_and_runs_a_program_and_learns_what_a_host_did_wron
         is_error && said.contains("did you mean `unknown-command`?"),
         "{said}"
     );
+    for (tool, expected) in [
+        ("explain", "argument `word`: unknown; explain has code"),
+        ("state", "argument `word`: unknown; state has no arguments"),
+    ] {
+        assert_eq!(
+            assistant.tool(tool, &json!({"word": "RN"})),
+            (expected.to_owned(), true)
+        );
+    }
     let (said, _) = assistant.tool("documentation", &json!({"search": "feed hold"}));
     let hits: Value = serde_json::from_str(&said).unwrap();
     let topic = hits[0]["topic"].as_str().unwrap();

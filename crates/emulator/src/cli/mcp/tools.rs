@@ -9,7 +9,7 @@ use ts3100_book::book;
 use ts3100_control::MAX_SECONDS;
 use ts3100_controller::Condition;
 use ts3100_controller::controls::{BUTTONS, SWITCHES, Switch};
-use ts3100_proto::words::did_you_mean;
+use ts3100_proto::words::{did_you_mean, did_you_mean_or};
 use ts3100_recording::uri::percent_encoded;
 
 /// Longest time that a call may take: a wait, and what it takes to answer.
@@ -345,8 +345,13 @@ impl Tool {
                     return Err(wrong(name, format!("expected {expected}, found {value}")));
                 }
                 None => {
-                    let known = self.arguments.iter().map(|argument| argument.name);
-                    return Err(wrong(name, format!("unknown{}", did_you_mean(name, known))));
+                    let known: Vec<&str> = self.arguments.iter().map(|argument| argument.name).collect();
+                    let listed = match known.is_empty() {
+                        true => format!("; {} has no arguments", self.name),
+                        false => format!("; {} has {}", self.name, known.join(", ")),
+                    };
+                    let hint = did_you_mean_or(name, known, listed);
+                    return Err(wrong(name, format!("unknown{hint}")));
                 }
             }
         }
