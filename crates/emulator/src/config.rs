@@ -137,7 +137,10 @@ impl Settings {
         if let Some(path) = &args.robot.permissions {
             let text = error::read_text(path)?;
             let table = PermissionTable::parse(&text);
-            let table = table.map_err(|error| ConfigError::invalid(path.display(), error))?;
+            let table = table.map_err(|reason| {
+                let path = path.clone();
+                ConfigError::Permissions { path, reason }
+            })?;
             controller.permissions = Permissions::Given(Box::new(table));
         }
         controller.fault_seed = args.variation.fault_seed.unwrap_or(0);

@@ -121,7 +121,7 @@ mod extension_rows {
 
 /// Why a permission file cannot be used.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
-#[error("permissions, line {line}: expected {expected}, found {found}")]
+#[error("line {line}: expected {expected}, found {found}")]
 pub struct PermissionError {
     /// Line of the file, from 1.
     pub line: usize,
@@ -491,7 +491,7 @@ mod tests {
         let error = break_first("RN X X X S Q").to_string();
         assert_eq!(
             error,
-            format!("permissions, line {first}: expected five cells O, S or X, found RN X X X S Q")
+            format!("line {first}: expected five cells O, S or X, found RN X X X S Q")
         );
         assert!(
             PermissionTable::parse("")

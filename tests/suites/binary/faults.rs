@@ -132,7 +132,7 @@ fn what_is_no_fault_ends_it_before_it_is_ready() {
         ),
         (
             ["--faults", &file],
-            "faults.toml:3: ng: after: expected a whole number from 0 to 1000000, found `soon`",
+            "faults.toml, line 3: ng: after: expected a whole number from 0 to 1000000, found `soon`",
         ),
         (["--faults", "/nowhere.toml"], "cannot read /nowhere.toml"),
         (

@@ -25,6 +25,13 @@ pub enum ConfigError {
         /// Expected and found value, with the place in the file.
         reason: String,
     },
+    /// A table of permissions is not valid.
+    #[error("{}, {reason}", path.display())]
+    Permissions {
+        path: PathBuf,
+        /// Line, what was expected and found.
+        reason: ts3100_proto::permission::PermissionError,
+    },
     /// A named option is unknown or its value does not fit.
     #[error(transparent)]
     Option(#[from] OptionError),

@@ -18,7 +18,7 @@ pub enum FaultFileError {
     #[error(transparent)]
     File(#[from] PathError),
     /// The file is not TOML, has something other than tables `[[fault]]`, or a table that is not a fault.
-    #[error("{}:{line}: {reason}", path.display())]
+    #[error("{}, line {line}: {reason}", path.display())]
     Content {
         path: PathBuf,
         /// Line of the key that is wrong, or of its table, from 1.
@@ -132,34 +132,37 @@ mod tests {
         for (text, says) in [
             (
                 "[[fault]]\nkind = \"ngg\"\n",
-                "faults.toml:1: unknown kind of fault `ngg`; did you mean `ng`?",
+                "faults.toml, line 1: unknown kind of fault `ngg`; did you mean `ng`?",
             ),
             (
                 "[[fault]]\nkind = \"ng\"\nwhen = 1\n",
-                "faults.toml:3: ng: unknown key `when`",
+                "faults.toml, line 3: ng: unknown key `when`",
             ),
             (
                 "\n[[fault]]\nkind = \"ng\"\n\nafter = -1\n",
-                "faults.toml:5: ng: after: expected a whole number from 0",
+                "faults.toml, line 5: ng: after: expected a whole number from 0",
             ),
             (
                 "[[fault]]\nafter = 1\n",
-                "faults.toml:1: expected kind, found a fault without one",
+                "faults.toml, line 1: expected kind, found a fault without one",
             ),
             (
                 "[[faults]]\nkind = \"ng\"\n",
-                "faults.toml:1: expected [[fault]], found `faults`",
+                "faults.toml, line 1: expected [[fault]], found `faults`",
             ),
-            ("fault = 3\n", "faults.toml:1: expected [[fault]], found integer"),
+            (
+                "fault = 3\n",
+                "faults.toml, line 1: expected [[fault]], found integer",
+            ),
             (
                 "[[fault]]\nkind = \"ng\"\nafter = [1]\n",
-                "faults.toml:3: expected a string or a number, found array",
+                "faults.toml, line 3: expected a string or a number, found array",
             ),
             (
                 "[[fault]]\nkind = \"ng\"\ncommand = \"SU\"\nblock = 1\n",
-                "faults.toml:1: cannot arm ng: no occasion matches command=SU and block=1",
+                "faults.toml, line 1: cannot arm ng: no occasion matches command=SU and block=1",
             ),
-            ("[[fault]\n", "faults.toml:1: "),
+            ("[[fault]\n", "faults.toml, line 1: "),
         ] {
             let error = read_text(text).unwrap_err();
             assert!(error.starts_with(says), "{text}: {error}");
