@@ -125,6 +125,10 @@ fn action(words: &str) -> Result<Action, ScenarioActionError> {
     {
         return Err(ScenarioActionError::Line(line));
     }
+    // A recording has empty files; who writes a scenario has forgotten the text.
+    if matches!(&found, Action::PutFile { content, .. } if content.is_empty()) {
+        return Err(ScenarioActionError::Nothing("a text after the name of the file"));
+    }
     if let Action::RaiseAlarm { number, .. } = &found
         && AlarmCode::from_number(number).is_none()
     {

@@ -121,6 +121,10 @@ fn what_is_wrong_is_said_with_its_line() {
             "line 3: unknown action `files put A B`; did you mean `file`?",
         ),
         (
+            "[[do]]\nat = \"1 s\"\nactions = [\"file put A\"]\n",
+            "line 3: expected a text after the name of the file, found nothing",
+        ),
+        (
             "[[expect]]\nwhat = \"alarm\"\nwithin = 10",
             "line 3: expected a time with its unit, found 10; write \"10 s\"",
         ),
