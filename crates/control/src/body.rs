@@ -123,10 +123,8 @@ impl<S: Send + Sync> FromRequest<S> for SnapshotText {
         let bytes = read(request, MAX_SNAPSHOT).await?;
         let text = String::from_utf8(bytes.into());
         text.map(SnapshotText).map_err(|error| {
-            let reason = format!(
-                "cannot read the request body: it is not UTF-8: {}",
-                error.utf8_error()
-            );
+            let place = error.utf8_error().valid_up_to() + 1;
+            let reason = format!("cannot read the request body: byte {place} is not UTF-8");
             Problem::new(StatusCode::BAD_REQUEST, reason).at("body")
         })
     }

@@ -13,6 +13,7 @@ use std::iter::repeat_with;
 use ts3100_controller::{Controller, Time};
 use ts3100_driver::driver::request::Request;
 use ts3100_driver::snapshot::{self, NamedError, ParseError, SnapshotRequestError, SnapshotTask, States};
+use ts3100_proto::words::plain_message;
 
 /// The named snapshots.
 #[derive(Debug, Clone, Default, Serialize)]
@@ -205,7 +206,9 @@ impl From<SnapshotRequestError> for Problem {
                 } else {
                     StatusCode::BAD_REQUEST
                 };
-                Problem::expected_found(status, "body", "the file of a snapshot", error.to_string())
+                let found = plain_message(&error.to_string());
+                let sentence = format!("request body: this is not a snapshot: {found}");
+                Problem::expected_found(status, "body", "the file of a snapshot", found).told(sentence)
             }
             unkept @ SnapshotRequestError::Drive(_) => {
                 Problem::new(StatusCode::INSUFFICIENT_STORAGE, unkept.to_string())

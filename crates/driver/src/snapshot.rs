@@ -9,6 +9,7 @@ use std::collections::BTreeMap;
 use std::fmt;
 use std::path::{Path, PathBuf};
 use ts3100_controller::{Controller, Snapshot, SnapshotError, SnapshotHeader};
+use ts3100_proto::words::plain_message;
 
 /// Largest snapshot file in bytes: several times a full RAM drive.
 pub const MAX_BYTES: u64 = 64 * 1024 * 1024;
@@ -21,7 +22,7 @@ pub const MAX_NAME: usize = 64;
 #[derive(Debug, thiserror::Error)]
 pub enum ParseError {
     /// Not JSON, or not the JSON of a snapshot; the message names line and column.
-    #[error("this is not a snapshot: {0}")]
+    #[error("this is not a snapshot: {}", plain_message(&.0.to_string()))]
     Json(serde_json::Error),
     /// Another version, or a state that cannot occur.
     #[error(transparent)]

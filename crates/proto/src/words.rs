@@ -138,7 +138,7 @@ pub fn nearest<'a>(found: &str, known: impl IntoIterator<Item = &'a str>) -> Vec
 const TYPES: [(&str, &str); 14] = [
     ("u8", "a whole number from 0 to 255"),
     ("u16", "a whole number from 0 to 65535"),
-    ("u32", "a whole number from 0 to 4294967295"),
+    ("u32", "a whole number, at least 0"),
     ("u64", "a whole number, at least 0"),
     ("usize", "a whole number, at least 0"),
     ("i32", "a whole number"),
@@ -160,6 +160,14 @@ fn plain_type(name: &str) -> &str {
 
 /// The message of a deserializer without words of Rust: `expected a number, found "x"`.
 pub fn plain_message(message: &str) -> String {
+    if let Some(rest) = message.strip_prefix("missing field ") {
+        let (field, place) = rest.split_once(" at ").unwrap_or((rest, ""));
+        // Its place is where the object ends, which says nothing if all of it is in a line.
+        return match place.is_empty() || place.starts_with("line 1 ") {
+            true => format!("the field {field} is missing"),
+            false => format!("the field {field} is missing in the object that ends at {place}"),
+        };
+    }
     let (message, place) = match message.find(" at line ") {
         Some(at) => message.split_at(at),
         None => (message, ""),
@@ -172,12 +180,39 @@ pub fn plain_message(message: &str) -> String {
     }
 }
 
+/// Beginnings of messages of the parsers of JSON and TOML, and what they mean.
+const SYNTAX: [(&str, &str); 13] = [
+    ("EOF while parsing", "the JSON ends too early"),
+    ("expected value", "expected a value"),
+    ("expected ident", "expected true, false or null"),
+    ("key must be a string", "expected a name in double quotes"),
+    ("trailing characters", "expected the end of the JSON"),
+    ("trailing comma", "expected a value after the comma"),
+    ("invalid number", "expected a number as JSON has it"),
+    ("number out of range", "the number is too large"),
+    (
+        "control character",
+        "a string has a control code or a line end; write it as \\u000d or \\n",
+    ),
+    ("invalid unicode code point", "the text is not UTF-8"),
+    ("recursion limit exceeded", "the JSON is nested too deeply"),
+    (
+        "string values must be quoted",
+        "expected a value; a string has quotes",
+    ),
+    ("invalid escape", "a string has an unknown escape"),
+];
+
 fn plain(message: &str) -> Option<String> {
-    if message.starts_with("EOF while parsing") {
-        return Some("the JSON ends too early".to_string());
+    let syntax = SYNTAX.iter().find(|(known, _)| message.starts_with(known));
+    if let Some((_, plain)) = syntax {
+        return Some((*plain).to_string());
     }
-    if message == "expected value" {
-        return Some("expected a value".to_string());
+    if message.contains("hex escape") {
+        return Some("a string has a `\\u` that is not a character".to_string());
+    }
+    if let Some(rest) = message.strip_prefix("duplicate field ") {
+        return Some(format!("the field {rest} is given twice"));
     }
     if let Some(field) = message.strip_suffix("invalid digit found in string") {
         return Some(format!("{field}expected a whole number"));
@@ -330,7 +365,31 @@ mod tests {
                 "EOF while parsing a value at line 1 column 0",
                 "the JSON ends too early at line 1 column 0",
             ),
-            ("missing field `percent`", "missing field `percent`"),
+            ("missing field `percent`", "the field `percent` is missing"),
+            (
+                "missing field `on` at line 1 column 2",
+                "the field `on` is missing",
+            ),
+            (
+                "duplicate field `on` at line 1 column 15",
+                "the field `on` is given twice at line 1 column 15",
+            ),
+            (
+                "expected ident at line 1 column 10",
+                "expected true, false or null at line 1 column 10",
+            ),
+            (
+                "key must be a string at line 1 column 2",
+                "expected a name in double quotes at line 1 column 2",
+            ),
+            (
+                "lone leading surrogate in hex escape at line 1 column 9",
+                "a string has a `\\u` that is not a character at line 1 column 9",
+            ),
+            (
+                "string values must be quoted, expected literal string",
+                "expected a value; a string has quotes",
+            ),
         ] {
             assert_eq!(plain_message(message), plain);
         }

@@ -28,7 +28,7 @@ use ts3100_controller::time::DurationError;
 use ts3100_controller::{Action, ActionParseError, Bytes, Port, Time};
 use ts3100_proto::calendar::{CalendarError, CalendarTime};
 use ts3100_proto::escape::EscapeError;
-use ts3100_proto::words::Word as _;
+use ts3100_proto::words::{Word as _, plain_message};
 
 /// Largest transcript that is read, in bytes.
 pub const MAX_TRANSCRIPT: u64 = 256 * 1024 * 1024;
@@ -207,7 +207,7 @@ pub enum LineError {
     Calendar(#[from] CalendarError),
     #[error(transparent)]
     Action(#[from] ActionParseError),
-    #[error(transparent)]
+    #[error("{}", plain_message(&.0.to_string()))]
     Json(#[from] serde_json::Error),
     #[error(transparent)]
     Snapshot(#[from] ts3100_driver::snapshot::ParseError),

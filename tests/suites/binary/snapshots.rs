@@ -48,7 +48,7 @@ fn what_cannot_be_restored_is_no_start() {
     for (words, expected) in [
         (
             vec!["--restore", &broken],
-            "broken.json: this is not a snapshot: invalid type",
+            "broken.json: this is not a snapshot: expected an object, found `5` at line 1 column ",
         ),
         (
             vec!["--restore", "nowhere.json"],

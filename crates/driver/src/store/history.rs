@@ -10,6 +10,7 @@ use std::path::Path;
 use ts3100_controller::alarm::Alarm;
 use ts3100_controller::limits::MAX_HISTORY;
 use ts3100_proto::calendar::CalendarTime;
+use ts3100_proto::words::plain_message;
 
 /// Name of the file in the backing directory.
 pub(super) const FILE: &str = ".ts3100.history";
@@ -66,7 +67,7 @@ impl Store {
 enum HistoryError {
     #[error(transparent)]
     Io(#[from] io::Error),
-    #[error(transparent)]
+    #[error("{}", plain_message(&.0.to_string()))]
     Json(#[from] serde_json::Error),
     #[error("expected version {VERSION}, found {0}")]
     Version(u32),

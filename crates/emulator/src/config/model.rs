@@ -328,7 +328,7 @@ mod tests {
         refused(
             "source = \"assumed (D11): as axis 2\"\n",
             "",
-            ", line 36: missing field `source`",
+            ", line 36: the field `source` is missing",
         );
         refused("\"six-axis\"", "\"delta\"", "unknown value `delta`");
         refused("\"six-axis\"", "\"scara\"", "geometry: unknown field");

@@ -10,6 +10,7 @@ use ts3100_controller::{CommandCoverage, Config, Port, Verdict};
 use ts3100_driver::files::{self, PathError, cannot};
 use ts3100_proto::permission::{EXTENSION_ROWS, ROWS};
 use ts3100_proto::status::MasterMode;
+use ts3100_proto::words::plain_message;
 
 /// Version of the document; raised when a key changes its meaning.
 const VERSION: u32 = 1;
@@ -91,7 +92,8 @@ impl CoverageReport {
     pub fn read(path: &Path) -> Result<CoverageReport, PathError> {
         let read = files::read_text(path, MAX_DOCUMENT).and_then(|text| {
             let report: CoverageReport = serde_json::from_str(&text)
-                .map_err(|error| format!("expected a coverage report of ts3100, found: {error}"))
+                .map_err(|error| plain_message(&error.to_string()))
+                .map_err(|reason| format!("expected a coverage report of ts3100: {reason}"))
                 .map_err(io::Error::other)?;
             if report.version == VERSION {
                 return Ok(report);
@@ -192,7 +194,7 @@ mod tests {
         for (text, expected) in [
             (
                 "{}",
-                "expected a coverage report of ts3100, found: missing field `version`",
+                "expected a coverage report of ts3100: the field `version` is missing",
             ),
             ("[1]", "expected a coverage report"),
             (

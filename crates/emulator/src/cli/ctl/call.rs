@@ -229,7 +229,10 @@ fn snapshot(action: Option<&SnapshotCommand>) -> anyhow::Result<Call> {
 /// A file of JSON.
 fn read_json(path: &Path) -> anyhow::Result<Value> {
     let bytes = read(path, MAX_SNAPSHOT)?;
-    serde_json::from_slice(&bytes).with_context(|| format!("{}: expected JSON", path.display()))
+    serde_json::from_slice(&bytes).map_err(|error| {
+        let reason = plain_message(&error.to_string());
+        anyhow!("{}: expected JSON: {reason}", path.display())
+    })
 }
 
 fn transcript(file: Option<&TranscriptFile>, json: bool) -> Call {
