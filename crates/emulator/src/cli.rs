@@ -83,7 +83,7 @@ pub fn definition() -> clap::Command {
 
 /// The definition by which a command line is read.
 fn grammar() -> clap::Command {
-    usage::with_positionals(Cli::command())
+    usage::with_negative_numbers(usage::with_positionals(Cli::command()))
 }
 
 /// Reads the command line of the process and does what it says. Wrong usage is exit code 2, of `exec` 125.

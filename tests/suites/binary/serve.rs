@@ -157,6 +157,29 @@ fn a_port_in_use_is_one_clear_error() {
 }
 
 #[test]
+#[cfg(unix)]
+fn a_variable_that_is_not_text_is_named() {
+    use std::os::unix::ffi::OsStrExt as _;
+    let wrong = std::ffi::OsStr::from_bytes(b"\xff");
+    for (words, variable, expected) in [
+        (
+            &["serve"][..],
+            "TS3100_LISTEN",
+            "error: TS3100_LISTEN: listen: expected text in UTF-8\n",
+        ),
+        (
+            &["ctl", "state"],
+            "TS3100_CONTROL_URL",
+            "error: URL of the control interface: expected http://HOST:PORT, found `\u{fffd}`\n",
+        ),
+    ] {
+        let output = ts3100(words).env(variable, wrong).output().unwrap();
+        assert_eq!(output.status.code(), Some(2), "{variable}");
+        assert_eq!(stderr(&output), expected);
+    }
+}
+
+#[test]
 fn what_cannot_be_used_at_the_start_is_refused_with_its_reason() {
     let directory = TempDir::new("binary");
     let broken = directory.file("broken.scol", "PROGRAM BROKEN\nGOTO NOWHERE\nEND\n");
@@ -540,7 +563,7 @@ fn a_command_line_that_is_not_understood_says_what_to_type() {
         ),
         (
             &["run", "--din", "x", "a.scol"],
-            "expected a whole number from 0 to 65535, found `x`",
+            "expected a line, 1-64, 101-164, 201-264, 301-364, 401-464, found `x`",
         ),
         (
             &["diff", "--value-tolerance", "x", "a", "b"],
@@ -552,7 +575,40 @@ fn a_command_line_that_is_not_understood_says_what_to_type() {
         ),
         (
             &["ctl", "breakpoints", "x"],
-            "expected a whole number from 1 to 4294967295, found `x`",
+            "expected a whole number, at least 1, found `x`",
+        ),
+        (
+            &["ctl", "breakpoints", "none"],
+            "unknown word `none`; did you mean `--none`?",
+        ),
+        (&["ctl", "servo", "1"], "a similar value exists: 'on'"),
+        (
+            &["ctl", "jog", "J1", "plus"],
+            "unknown command `J1`; the direction comes first: `ts3100 ctl jog plus 1` or",
+        ),
+        (
+            &["ctl", "jog", "plus", "9"],
+            "expected an axis from 1 to 8, found `9`",
+        ),
+        (
+            &["ctl", "wires", "outside", "x", "on"],
+            "unknown command `on`; name the line and its state: `ts3100 ctl wires NAME on`\n\nFor",
+        ),
+        (
+            &["ctl", "wait", "--within", "-1", "idle"],
+            "cannot read `-1` as a duration",
+        ),
+        (
+            &["host", "127.0.0.1:1", "rn", "--wait", "1", "s"],
+            "unexpected `s` after `1`; write a duration as one word: `1s`",
+        ),
+        (
+            &["run", "a.scol", "--lcov", "-"],
+            "this report has to be a file; ./- is a file of this name",
+        ),
+        (
+            &["serve", "--findings", "-"],
+            "this report has to be a file; ./- is a file of this name",
         ),
     ] {
         let output = run(words);

@@ -5,6 +5,7 @@
 
 use super::exit::BELOW_COVERAGE;
 use super::output;
+use crate::config::args;
 use crate::log::print_error;
 use clap::{Args, Subcommand};
 use std::path::PathBuf;
@@ -31,7 +32,7 @@ struct MergeArgs {
     #[arg(required = true, value_name = "FILE")]
     reports: Vec<PathBuf>,
     /// Write the result: .html for a page, otherwise JSON (repeatable)
-    #[arg(long, short, value_name = "FILE")]
+    #[arg(long, short, value_name = "FILE", value_parser = args::written_file())]
     out: Vec<PathBuf>,
     /// Exit with code 4 if the result is below this
     #[arg(long, value_name = "PERCENT", value_parser = crate::config::parse_percent)]

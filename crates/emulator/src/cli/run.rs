@@ -10,7 +10,7 @@ use super::exit::{NEGATIVE, UNUSABLE};
 use super::input::{self, is_stdin};
 use super::output;
 use super::serve::list_options;
-use crate::config::args::{seconds, whole};
+use crate::config::args::{line_number, seconds, written_file};
 use crate::config::{ServeArgs, Settings};
 use crate::headless::{self, RunEnd, RunError, RunRequest};
 use crate::log::print_error;
@@ -50,7 +50,7 @@ pub(super) struct RunArgs {
     #[arg(long, value_name = "CHANNEL=FILE")]
     input: Vec<String>,
     /// Input lines that are on from the start, separated by commas
-    #[arg(long, value_name = "LINE", value_delimiter = ',', value_parser = whole(0, u16::MAX))]
+    #[arg(long, value_name = "LINE", value_delimiter = ',', value_parser = line_number)]
     din: Vec<u16>,
     /// Something that happens during the run, as in "1.5 s: input 8 on"; times count from START (repeatable)
     #[arg(long, value_name = "TIME: ACTION")]
@@ -71,7 +71,7 @@ pub(super) struct RunArgs {
     #[arg(long)]
     trace: bool,
     /// Write the executed lines as an lcov tracefile
-    #[arg(long, value_name = "FILE")]
+    #[arg(long, value_name = "FILE", value_parser = written_file())]
     lcov: Option<PathBuf>,
     /// Print one JSON document to stdout instead of text
     #[arg(long)]

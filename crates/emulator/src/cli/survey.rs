@@ -134,7 +134,7 @@ pub(super) struct ConformArgs {
     #[arg(long)]
     strict: bool,
     /// Write the result as JUnit XML
-    #[arg(long, value_name = "FILE")]
+    #[arg(long, value_name = "FILE", value_parser = args::written_file())]
     junit: Option<PathBuf>,
 }
 

@@ -7,7 +7,7 @@ use std::ffi::OsString;
 use ts3100_proto::words::did_you_mean;
 
 /// Words that people type for others: the command, the word, and the end of the message.
-const HINTS: [(&str, &str, &str); 17] = [
+const HINTS: [(&str, &str, &str); 21] = [
     ("ts3100", "start", "; did you mean `serve`?"),
     ("ts3100", "version", "; did you mean `--version`?"),
     ("serve", "--port", "; did you mean `--port-offset`?"),
@@ -29,14 +29,44 @@ const HINTS: [(&str, &str, &str); 17] = [
     ("ctl", "pose", "; did you mean `arm pose`?"),
     ("ctl", "speed", "; did you mean `override`?"),
     ("snapshots", "save", "; did you mean `take`?"),
+    (
+        "wires",
+        "on",
+        "; name the line and its state: `ts3100 ctl wires NAME on`",
+    ),
+    (
+        "wires",
+        "off",
+        "; name the line and its state: `ts3100 ctl wires NAME off`",
+    ),
+    ("breakpoints", "none", "; did you mean `--none`?"),
+    ("breakpoints", "clear", "; did you mean `--none`?"),
     ("inputs", "1", "; did you mean `on`?"),
     ("inputs", "0", "; did you mean `off`?"),
     ("outputs", "1", "; did you mean `on`?"),
     ("outputs", "0", "; did you mean `off`?"),
 ];
 
+/// Words that people type for the states of a switch.
+const STATES: [(&str, &str); 4] = [("1", "on"), ("true", "on"), ("0", "off"), ("false", "off")];
+/// Units of durations, which some people write as a word of their own.
+const UNITS: [&str; 4] = ["us", "ms", "s", "min"];
+
 /// The commands of `ctl` whose own commands follow an argument that may be left out.
 const BELOW_ARGUMENT: [&str; 3] = ["inputs", "outputs", "channels"];
+
+/// The definition, in which a number below zero is the value of the flag before it and no flag: its own message says what fits.
+pub(super) fn with_negative_numbers(command: Command) -> Command {
+    command
+        .mut_args(|argument| {
+            let takes_number = argument.get_long().is_some() && argument.get_action().takes_values();
+            match takes_number {
+                true => argument.allow_negative_numbers(true),
+                false => argument,
+            }
+        })
+        .mut_subcommands(with_negative_numbers)
+}
 
 /// The definition, with the argument in the usage of the commands after it: `ts3100 ctl outputs <LINE> force <STATE>`.
 /// clap leaves it out, because `ctl outputs` alone is a command too.
@@ -64,13 +94,32 @@ fn with_argument(command: Command) -> Command {
 }
 
 /// The error with a better message, where there is one. `words` is the command line without the program.
-pub(super) fn explain(error: Error, root: &Command, words: &[OsString]) -> Error {
+pub(super) fn explain(mut error: Error, root: &Command, words: &[OsString]) -> Error {
+    if error.kind() == ErrorKind::InvalidValue
+        && let Some(ContextValue::String(found)) = error.get(ContextKind::InvalidValue)
+        && let Some((_, meant)) = STATES.iter().find(|(word, _)| word == found)
+        && let Some(ContextValue::Strings(known)) = error.get(ContextKind::ValidValue)
+        && known.iter().any(|word| word == meant)
+    {
+        error.insert(
+            ContextKind::SuggestedValue,
+            ContextValue::String((*meant).to_owned()),
+        );
+        return error;
+    }
+    if error.kind() == ErrorKind::ValueValidation
+        && let Some(ContextValue::String(found)) = error.get(ContextKind::InvalidValue)
+        && let Some(hint) = hint(deepest(root, words, found).0.get_name(), found)
+    {
+        let message = format!("unknown word `{found}`{hint}\n");
+        return Error::raw(ErrorKind::ValueValidation, message).with_cmd(root);
+    }
     let word = error
         .get(ContextKind::InvalidArg)
         .or_else(|| error.get(ContextKind::InvalidSubcommand));
     if error.kind() == ErrorKind::MissingSubcommand {
         // clap lists aliases like commands.
-        let (command, path) = deepest(root, words);
+        let (command, path) = deepest(root, words, "");
         let list = list(command, &path);
         let message = format!("the command is missing{list}\n\nFor more information, try '{path} --help'.\n");
         return Error::raw(ErrorKind::MissingSubcommand, message).with_cmd(root);
@@ -83,7 +132,13 @@ pub(super) fn explain(error: Error, root: &Command, words: &[OsString]) -> Error
         Some(ContextValue::String(found)) if unknown => found,
         _ => return error,
     };
-    let (command, path) = deepest(root, words);
+    if let Some(number) = number_before(found, words) {
+        let message = format!(
+            "unexpected `{found}` after `{number}`; write a duration as one word: `{number}{found}`\n"
+        );
+        return Error::raw(ErrorKind::UnknownArgument, message).with_cmd(root);
+    }
+    let (command, path) = deepest(root, words, found);
     let hint = hint(command.get_name(), found);
     let message = if found.starts_with('-') {
         match hint {
@@ -106,15 +161,28 @@ fn hint(command: &str, found: &str) -> Option<String> {
     if command == "alarms" && is_number {
         return Some(format!("; `ts3100 ctl alarms table {found}` explains the alarm"));
     }
+    let axis = found.trim_start_matches(['J', 'j']);
+    if command == "jog" && axis.parse::<u8>().is_ok() {
+        return Some(format!(
+            "; the direction comes first: `ts3100 ctl jog plus {axis}` or `ts3100 ctl jog minus {axis}`"
+        ));
+    }
     let mut hints = HINTS.into_iter();
     let (_, _, hint) = hints.find(|(of, word, _)| *of == command && *word == found)?;
     Some(hint.to_owned())
 }
 
-/// The subcommand that the words lead to, and how it is called.
-fn deepest<'a>(root: &'a Command, words: &[OsString]) -> (&'a Command, String) {
+/// The number before a word that is a unit.
+fn number_before(word: &str, words: &[OsString]) -> Option<String> {
+    let at = words.iter().position(|known| known == word)?;
+    let before = words.get(at.checked_sub(1)?)?.to_str()?;
+    (UNITS.contains(&word) && before.parse::<f64>().is_ok()).then(|| before.to_owned())
+}
+
+/// The subcommand that the words before the wrong one lead to, and how it is called.
+fn deepest<'a>(root: &'a Command, words: &[OsString], wrong: &str) -> (&'a Command, String) {
     let mut found = (root, root.get_name().to_owned());
-    for word in words.iter().take_while(|word| *word != "--") {
+    for word in words.iter().take_while(|word| *word != "--" && *word != wrong) {
         if let Some(command) = found.0.find_subcommand(word) {
             found = (command, format!("{} {}", found.1, command.get_name()));
         }
@@ -130,6 +198,9 @@ fn names(command: &Command) -> impl Iterator<Item = &str> {
 /// All commands, as the end of a message.
 fn list(command: &Command, path: &str) -> String {
     let names: Vec<&str> = names(command).collect();
+    if names.is_empty() {
+        return String::new();
+    }
     format!("\n\nCommands of `{path}`: {}", names.join(" "))
 }
 

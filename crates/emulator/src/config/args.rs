@@ -9,7 +9,9 @@ use super::flag_group::{self, Flag, FlagGroup, Mark, flag_group};
 use super::model::ModelChoice;
 use super::report_args::ReportArgs;
 use super::seed::Seed;
-use clap::builder::{EnumValueParser, PossibleValue, PossibleValuesParser, TypedValueParser};
+use clap::builder::{
+    EnumValueParser, PathBufValueParser, PossibleValue, PossibleValuesParser, TypedValueParser,
+};
 use clap::error::ErrorKind;
 use clap::{Arg, Args, Command, ValueEnum};
 use std::ffi::{OsStr, OsString};
@@ -19,6 +21,7 @@ use std::path::{Path, PathBuf};
 use std::str::FromStr;
 use std::time::Duration;
 use ts3100_control::ControlChoice;
+use ts3100_controller::signals::LINE_NUMBERS;
 use ts3100_controller::time::{DurationError, duration_in_words, parse_duration, parse_duration_in};
 use ts3100_controller::{ControlRight, ControllerType, Dialect, KeySwitch};
 use ts3100_driver::clock::{TimeGap, TimeMode};
@@ -260,7 +263,7 @@ flag_group! {
         #[arg(long, value_name = "FILE")]
         pub scenario: Option<PathBuf> [Shared],
         /// Write the results of the scenario as JUnit XML
-        #[arg(long, value_name = "FILE")]
+        #[arg(long, value_name = "FILE", value_parser = written_file())]
         pub junit: Option<PathBuf>,
     }
 }
@@ -389,18 +392,44 @@ impl ServeArgs {
 /// Most robots of a process.
 const MAX_ROBOTS: u32 = 65_536;
 
+/// Largest bound that a message names; the end of a larger range is that of a type.
+const LARGEST_BOUND: u64 = 1_000_000;
+
 /// Reads a whole number between these two.
 pub fn whole<T>(
     least: T,
     most: T,
 ) -> impl Fn(&str) -> Result<T, UnexpectedWord> + Clone + Send + Sync + 'static
 where
-    T: Copy + fmt::Display + FromStr + PartialOrd + Send + Sync + 'static,
+    T: Copy + fmt::Display + FromStr + PartialOrd + Into<u64> + Send + Sync + 'static,
 {
     move |word| {
         let number = word.parse().ok().filter(|number| (least..=most).contains(number));
-        number.ok_or_else(|| UnexpectedWord::new(format!("a whole number from {least} to {most}"), word))
+        number.ok_or_else(|| {
+            let expected = match most.into() > LARGEST_BOUND {
+                true => format!("a whole number, at least {least}"),
+                false => format!("a whole number from {least} to {most}"),
+            };
+            UnexpectedWord::new(expected, word)
+        })
     }
+}
+
+/// Reads the name of a file to write. `-` would become a file of this name, where other programs mean stdout.
+pub(crate) fn written_file() -> impl TypedValueParser<Value = PathBuf> {
+    PathBufValueParser::new().try_map(|path| {
+        if path == Path::new("-") {
+            Err("this report has to be a file; ./- is a file of this name")
+        } else {
+            Ok(path)
+        }
+    })
+}
+
+/// Reads the number of an input or output.
+pub(crate) fn line_number(word: &str) -> Result<u16, UnexpectedWord> {
+    let expected = || UnexpectedWord::new(format!("a line, {LINE_NUMBERS}"), word);
+    word.parse().map_err(|_| expected())
 }
 
 /// Reads a number.

@@ -10,7 +10,7 @@ use super::exported;
 use super::flag_group::{Flag, Mark};
 use super::options::set_pair;
 use clap::Args as _;
-use clap::error::{ContextKind, ContextValue};
+use clap::error::{ContextKind, ContextValue, ErrorKind};
 use std::collections::BTreeMap;
 use std::error::Error as _;
 use std::ffi::OsString;
@@ -268,6 +268,9 @@ fn check_option(origin: &str, pair: &str) -> Result<(), ConfigError> {
 
 /// Describes an error in a value. The words of clap are about a command line, not about a file or a variable.
 fn value_message(key: &str, error: &clap::Error) -> String {
+    if error.kind() == ErrorKind::InvalidUtf8 {
+        return format!("{key}: expected text in UTF-8");
+    }
     let found = match error.get(ContextKind::InvalidValue) {
         Some(ContextValue::String(found)) => found,
         _ => return first_paragraph(&error.to_string()),

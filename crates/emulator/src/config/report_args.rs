@@ -2,6 +2,7 @@
 //!
 //! The reports are written by [`ts3100_recording::reports`]. The doc comments are the help texts.
 
+use super::args::written_file;
 use super::flag_group::flag_group;
 use std::path::PathBuf;
 use ts3100_proto::words::UnexpectedWord;
@@ -16,11 +17,11 @@ flag_group! {
         #[arg(long, value_name = "FILE", action = clap::ArgAction::Append)]
         pub transcript: Vec<TranscriptFile>,
         /// Report what each fault did, and which never fired: .xml for JUnit, otherwise JSON (repeatable)
-        #[arg(long, value_name = "FILE")]
+        #[arg(long, value_name = "FILE", value_parser = written_file())]
         pub report: Vec<PathBuf>,
         /// Write the findings, the protocol mistakes of hosts: .xml for JUnit, .sarif for SARIF, .md for Markdown, otherwise
         /// JSON (repeatable)
-        #[arg(long, value_name = "FILE")]
+        #[arg(long, value_name = "FILE", value_parser = written_file())]
         pub findings: Vec<PathBuf>,
         /// Format of the findings, whatever the file name ends with
         #[arg(long, value_name = "FORMAT")]
@@ -29,13 +30,13 @@ flag_group! {
         #[arg(long, value_name = "RULE", value_delimiter = ',')]
         pub deny: Vec<Deny>,
         /// Write which cells of the permission tables hosts reached: .html for a page, otherwise JSON (repeatable)
-        #[arg(long, value_name = "FILE")]
+        #[arg(long, value_name = "FILE", value_parser = written_file())]
         pub coverage: Vec<PathBuf>,
         /// Exit with code 4 if the coverage is below this
         #[arg(long, value_name = "PERCENT", value_parser = parse_percent)]
         pub min_coverage: Option<f64>,
         /// Write the executed lines of user files as an lcov tracefile
-        #[arg(long, value_name = "FILE")]
+        #[arg(long, value_name = "FILE", value_parser = written_file())]
         pub lcov: Option<PathBuf>,
     }
 }

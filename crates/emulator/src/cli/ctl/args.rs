@@ -6,11 +6,12 @@ use super::target::TargetArgs;
 use crate::cli::controls::{
     AlarmButtons, ButtonCommand, JogButtons, ProgramButtons, QueryCommand, SwitchCommand,
 };
-use crate::config::args::{seconds, whole, word};
+use crate::config::args::{line_number, seconds, whole, word};
 use clap::{ArgAction, Args, Subcommand};
 use std::path::PathBuf;
 use std::time::Duration;
 use ts3100_controller::CONDITION_FORMS;
+use ts3100_controller::model::AXES;
 use ts3100_driver::clock::TimeMode;
 use ts3100_proto::words::UnexpectedWord;
 use ts3100_recording::transcript::TranscriptFile;
@@ -31,6 +32,13 @@ fn list() -> clap::Command {
 fn name(word: &str) -> Result<String, UnexpectedWord> {
     let found = Some(word.to_owned()).filter(|name| !name.is_empty());
     found.ok_or_else(|| UnexpectedWord::new("a name", word))
+}
+
+/// Reads the number of an axis.
+fn axis(word: &str) -> Result<u8, UnexpectedWord> {
+    let number = word.parse().ok();
+    let number = number.filter(|axis: &u8| (1..=AXES).contains(&usize::from(*axis)));
+    number.ok_or_else(|| UnexpectedWord::new(format!("an axis from 1 to {AXES}"), word))
 }
 
 /// Inspect and control a running emulator, including its clock.
@@ -282,7 +290,7 @@ pub enum JogCommand {
 #[derive(Debug, Args)]
 pub struct JogKey {
     /// Axis from 1; in a coordinate system 1 to 3 go along X Y Z, 4 to 6 turn about them
-    #[arg(value_parser = whole(1, u8::MAX))]
+    #[arg(value_parser = axis)]
     pub axis: u8,
     /// Coordinate system
     #[arg(long, value_parser = ["joint", "tool", "work", "world"], default_value = "joint")]
@@ -336,7 +344,7 @@ pub enum FaultsCommand {
 #[derive(Debug, Args)]
 pub struct LineArgs {
     /// Number of the line
-    #[arg(value_parser = whole(0, u16::MAX))]
+    #[arg(value_parser = line_number)]
     pub line: Option<u16>,
     #[command(subcommand)]
     pub action: Option<LineCommand>,

@@ -133,7 +133,11 @@ impl TargetArgs {
 
 /// A flag, or else its variable.
 fn given(flag: Option<&String>, variable: &str) -> Option<String> {
-    let from_variable = || std::env::var(variable).ok().filter(|value| !value.is_empty());
+    // What is not UTF-8 fits no URL, name or token, and is refused as such.
+    let from_variable = || {
+        let value = std::env::var_os(variable).filter(|value| !value.is_empty());
+        value.map(|value| value.to_string_lossy().into_owned())
+    };
     flag.cloned().or_else(from_variable)
 }
 
