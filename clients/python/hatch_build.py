@@ -40,6 +40,9 @@ class ProgramHook(BuildHookInterface[Any]):
         chosen = os.environ.get("TS3100_BINARY")
         if chosen:
             path = Path(chosen).resolve()
+            if not path.is_file() and not Path(chosen).is_absolute():
+                raise SystemExit(f"error: cannot build the wheel: TS3100_BINARY is {chosen}; give the whole path, since the wheel is "
+                                 "built in another directory")
             if not path.is_file():
                 raise SystemExit(f"error: cannot build the wheel: TS3100_BINARY is {chosen}, which is not a file")
             return path

@@ -244,6 +244,8 @@ def from_source(programs, folder, binary):
     true("without cargo it says what it needs", "it needs cargo and a checkout of the project, or TS3100_BINARY" in said, said)
     said = run(*pip, code=1, TS3100_BINARY="/no/such")
     true("a program that is not there", "TS3100_BINARY is /no/such, which is not a file" in said, said)
+    said = run(*pip, code=1, TS3100_BINARY="no/such")
+    true("a path from the directory of pip", "TS3100_BINARY is no/such; give the whole path" in said, said)
 
 
 def served(command, what, script, **variables):
