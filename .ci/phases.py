@@ -206,7 +206,7 @@ def fuzzing():
 
 def documents():
     """the book, its examples, the schemas, completions; the program as people build it, and the README's session with it"""
-    packages("curl:curl")
+    packages("curl:curl", "tshark:tshark", "socat:socat")
     together(book=system("docs/book", "--tools", TOOLS), examples=serving("docs/page_examples"), schemas=serving("docs/json_schemas"),
              completions=serving("packages/completions"))
     run("cargo", "build", "--locked", "--release")
@@ -252,7 +252,7 @@ def clients():
 
 def release():
     """the programs and packages of a release, installed as users do; images, swarm and pods in a container engine"""
-    packages("dockerd:docker.io", "docker-compose:docker-compose", "shellcheck:shellcheck")
+    packages("dockerd:docker.io", "docker-compose:docker-compose", "shellcheck:shellcheck", "nc:netcat-openbsd")
     if all_platforms():
         packages("qemu-aarch64-static:qemu-user-static", "wine:wine", "wine64:wine64")
     run(sys.executable, "packaging/release.py", "--tools", TOOLS, "tools")

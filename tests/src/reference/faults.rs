@@ -108,7 +108,11 @@ fn section(kind: &FaultKind) -> String {
             .is_some_and(|rest| rest.starts_with(':'))
     });
     let (spec, effect) = example.expect("an example of each kind");
-    write!(text, "\n```sh\nts3100 serve --fault '{spec}'\n```\n\n{effect}").unwrap();
+    write!(
+        text,
+        "\n<!-- ci:commands --ports auto -->\n```sh\nts3100 serve --fault '{spec}'\n```\n\n{effect}"
+    )
+    .unwrap();
     text
 }
 

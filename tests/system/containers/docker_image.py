@@ -21,6 +21,7 @@ import tarfile
 import time
 
 sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "lib"))
+import pages  # noqa: E402
 from container_engine import IMAGE, ROOT, build, docker, install, run, static_binary, succeeds  # noqa: E402
 from emulator import answer  # noqa: E402
 from steps import Failed, equal, ok, program, true, until  # noqa: E402
@@ -182,6 +183,16 @@ def compose():
         run(*command, "down", env=environment)
 
 
+def page(binary):
+    """The commands of docs/how-to/docker.md, with the image, ports and names that they give to their reader."""
+    try:
+        pages.run("containers/docker_image", os.path.abspath(binary))
+    finally:
+        succeeds("docker", "rm", "-f", "robot")
+        succeeds("docker", "volume", "rm", "robot-drive")
+        succeeds("docker", "rmi", "ts3100")
+
+
 def other_processor(binary):
     """The image for the other processor: so it says, it is as small, and a host reaches its robot."""
     machine, architecture = {"x86_64": ("aarch64", "arm64"), "aarch64": ("x86_64", "amd64")}[platform.machine()]
@@ -217,12 +228,14 @@ def main():
     arguments.add_argument("--binary", help="a static ts3100 in place of one that is built")
     arguments.add_argument("--other", help="a static ts3100 for the other processor")
     arguments = arguments.parse_args()
+    binary = arguments.binary or static_binary()
     with docker():
-        build(arguments.binary or static_binary())
+        build(binary)
         clean()
         try:
             for part in (only_static, image, job, flags, by_name, compose):
                 part()
+            page(binary)
             if arguments.other:
                 other_processor(arguments.other)
         finally:

@@ -5,7 +5,9 @@
 
 The block after the line <!-- ci:run --> starts the robot. Each fenced block after a line <!-- ci:session --> is taken: of `sh`
 every line is typed, of `console` the lines after `$ ` and what a here-document needs, the others are what has to be printed; of
-`text` each line is in the log of the robot, after its time. The blocks share one shell, in a directory with `target` only."""
+`text` each line is in the log of the robot, after its time. The blocks share one shell, in a directory with `target` only.
+
+Before that, the commands that install from a clone are run, of the README and of other pages, into a directory that is removed."""
 
 import argparse
 import os
@@ -16,6 +18,7 @@ import tempfile
 
 sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "lib"))
 import console  # noqa: E402
+import pages  # noqa: E402
 from emulator import ROOT  # noqa: E402
 from steps import Failed, equal, ok, program, true, until  # noqa: E402
 from wire import Host  # noqa: E402
@@ -82,6 +85,8 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--target", metavar="DIRECTORY", default=os.path.join(ROOT, "target"), help="where cargo builds")
     target = parser.parse_args().target
+    with tempfile.TemporaryDirectory(prefix="ts3100-installed-") as installed:
+        pages.run("docs/readme_session", os.path.join(target, "release", "ts3100"), directory=ROOT, limit=STARTED, CARGO_INSTALL_ROOT=installed)
     (_, lines), = blocks(RUN)
     command = "\n".join(lines)
     served = console.Served(command, ROOT, dict(os.environ))

@@ -20,6 +20,7 @@ import zipfile
 
 sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "lib"))
 import container_engine  # noqa: E402
+import pages  # noqa: E402
 import recorded_calls  # noqa: E402
 from emulator import ROOT, Emulator, surroundings  # noqa: E402
 from steps import Failed, equal, ok, serving, true  # noqa: E402
@@ -109,7 +110,7 @@ def dotnet(binary, folder):
     libraries = ("-r:Ts3100.Client.dll", "-r:Ts3100.Testing.dll")
     compiled("Ts3100.Client.dll", "-target:library", "-doc:Ts3100.Client.xml", "-r:System.Net.Http.dll", sources=["Ts3100.Client/*.cs"])
     compiled("Ts3100.Testing.dll", "-target:library", "-doc:Ts3100.Testing.xml", libraries[0], sources=["Ts3100.Testing/*.cs"])
-    pasted("csharp.md", r"mcs .*", 2, os.path.join(folder, "page"))
+    pasted("csharp.md", binary, folder)
     compiled("Checks.exe", *libraries, sources=["tests/Checks.cs"])
     compiled("Play.exe", *libraries, sources=["tests/Play.cs"])
     nunit = ("-target:library", "-define:NUNIT2", "-r:nunit.framework.dll", *libraries)
@@ -147,35 +148,30 @@ def cpp(binary, folder):
             container_engine.install(package)
     source = os.path.join(CLIENTS, "cpp")
     for compiler in ("g++", "clang++"):
-        build = os.path.join(folder, compiler)
-        succeeds("%s: CMake" % compiler, "cmake", "-S", source, "-B", build, "-DCMAKE_CXX_COMPILER=" + compiler)
-        succeeds("%s: no warning" % compiler, "cmake", "--build", build, timeout=BUILD_TIMEOUT)
-        said = succeeds("%s: ctest" % compiler, "ctest", "--test-dir", build, "--output-on-failure", TS3100_BINARY=binary)
+        # The page is the way to build it.
+        place = os.path.join(folder, compiler)
+        os.mkdir(place)
+        place, said = pasted("cpp.md", binary, place, CXX=compiler)
+        build = os.path.join(place, "build")
         true("%s: its four tests ran" % compiler, "100% tests passed, 0 tests failed out of 4" in said, said)
         equal("%s: the log of the emulator stays out of the output of a test" % compiler, "", succeeds("%s: a test alone" % compiler,
               os.path.join(build, "dialogue_test"), TS3100_BINARY=binary))
         code, said = run(os.path.join(build, "wrong_host"), TS3100_BINARY=binary)
         named("%s: a wrong host fails with its finding" % compiler, code, said, FINDING, LAST_TEXTS)
-    plays("C++", binary, folder, os.path.join(folder, "g++", "play"))
+    plays("C++", binary, folder, os.path.join(folder, "g++", "page", "build", "play"))
     succeeds("it compiles for Windows", windows, "-std=c++17", "-Wall", "-Wextra", "-Wconversion", "-Wshadow", "-Werror",
              os.path.join(source, "checks.cpp"), "-o", os.path.join(folder, "checks.exe"), "-lws2_32", timeout=BUILD_TIMEOUT)
 
 
-def pasted(page, line, count, place, static=None):
-    """The lines of a page that match, in a folder that looks like a clone with a static program of the release."""
-    with open(os.path.join(ROOT, "docs", "how-to", page), encoding="utf-8") as file:
-        lines = re.findall("^(?:%s)$" % line, file.read(), re.MULTILINE)
-    equal("%s has the lines `%s`" % (page, line), count, len(lines))
+def pasted(page, binary, folder, by="packages/client_libraries", **variables):
+    """The commands of a page, in a folder that looks like a clone with a built program: the folder, and what they printed."""
+    place = os.path.join(folder, "page")
     os.mkdir(place)
-    for name in os.listdir(ROOT):
-        if name not in ("target", "dist"):
-            os.symlink(os.path.join(ROOT, name), os.path.join(place, name))
-    if static:
-        programs = os.path.join(place, "target", "x86_64-unknown-linux-musl", "dist")
-        os.makedirs(programs)
-        os.symlink(os.path.abspath(static), os.path.join(programs, "ts3100"))
-    for command in lines:
-        succeeds("pasted: %s" % command.split(" -r:")[0], "bash", "-c", command, cwd=place, timeout=BUILD_TIMEOUT)
+    pages.prepare(place, binary)
+    page = os.path.join(ROOT, "docs", "how-to", page)
+    said = pages.run(by, binary, [page], directory=place, limit=BUILD_TIMEOUT, **variables)
+    true("the page has commands", said)
+    return place, "".join(said)
 
 
 def npm(binary, folder):
@@ -196,8 +192,7 @@ def npm(binary, folder):
                                                  "index.js", "launch.js", "operations.d.ts", "operations.js", "package.json"]), sorted(os.listdir(own)))
     equal("and that of the platform these", sorted(["LICENSE-APACHE", "LICENSE-MIT", "package.json", "ts3100"]),
           sorted(os.listdir(os.path.join(home, "node_modules", "@ts3100", "linux-x64"))))
-    page = os.path.join(folder, "page")
-    pasted("node.md", r"python3 clients/npm/pack\.py .*|npm install --save-dev \./.*", 2, page, binary)
+    page, _ = pasted("node.md", binary, folder)
     said = succeeds("npx ts3100 --version after them", "npx", "--offline", "ts3100", "--version", cwd=page)
     true("says its version", "ts3100 " in said, said)
     said = succeeds("npx ts3100 --version", "npx", "--offline", "ts3100", "--version", cwd=home)
@@ -230,31 +225,25 @@ def with_launcher(launcher):
 
 
 # The command of each example, and what its output has when three tests have passed.
-EXAMPLES = {"node": ("npm", ["npm", "test"], "# pass 3"), "go": ("go", ["go", "test", "-count=1", "-v", "./..."], "--- PASS: TestAWrongHostIsNamed"),
-            "java": ("mvn", ["mvn", "-B", "test"], "Tests run: 3, Failures: 0, Errors: 0, Skipped: 0")}
+EXAMPLES = {"node": (["npm", "test"], "# pass 3"), "go": (["go", "test", "-count=1", "-v", "./..."], "--- PASS: TestAWrongHostIsNamed"),
+            "java": (["mvn", "-B", "test"], "Tests run: 3, Failures: 0, Errors: 0, Skipped: 0")}
 
 
 def containers(binary, folder, static):
     """The examples with testcontainers: around them `ts3100 exec`, and in an engine where a static binary is at hand."""
-    found = {}
-    for name, (tool, command, passed) in EXAMPLES.items():
-        if not shutil.which(tool):
-            raise Missing("%s is not installed, which the example for %s needs" % (tool, name))
-        place = shutil.copytree(os.path.join(CLIENTS, name), os.path.join(folder, name), ignore=shutil.ignore_patterns("node_modules", "target"))
-        if name == "node":
-            succeeds("node: its packages", "npm", "install", "--no-audit", "--no-fund", "--no-package-lock", cwd=place, timeout=BUILD_TIMEOUT)
-        found[name] = (place, command, passed)
-        said = succeeds("%s: with ts3100 exec" % name, binary, "exec", "--", *command, cwd=place, timeout=BUILD_TIMEOUT)
-        true("%s: its three tests ran" % name, passed in said, said)
+    need("npm", "go", "mvn")
+    place, printed = pasted("node.md", binary, folder, "packages/client_libraries:containers")
+    for name, (_, passed) in EXAMPLES.items():
+        true("%s: its three tests ran with ts3100 exec" % name, passed in printed, printed)
     if not static:
         print("     no --static binary: not run in a container engine")
         return
     with container_engine.docker():
         container_engine.build(static)
-        for name, (place, command, passed) in found.items():
+        for name, (command, passed) in EXAMPLES.items():
             # The reaper of testcontainers is an image of a registry that is not in reach everywhere.
-            said = succeeds("%s: with a container" % name, *command, cwd=place, timeout=BUILD_TIMEOUT, TS3100_IMAGE=container_engine.IMAGE,
-                            TESTCONTAINERS_RYUK_DISABLED="true")
+            said = succeeds("%s: with a container" % name, *command, cwd=os.path.join(place, "clients", name), timeout=BUILD_TIMEOUT,
+                            TS3100_IMAGE=container_engine.IMAGE, TESTCONTAINERS_RYUK_DISABLED="true")
             true("%s: its three tests ran in it" % name, passed in said, said)
 
 

@@ -19,6 +19,7 @@ import types
 import zipfile
 
 sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "lib"))
+import pages  # noqa: E402
 import recorded_calls  # noqa: E402
 from emulator import ROOT, Emulator, surroundings  # noqa: E402
 from steps import Failed, equal, ok, program, serving, true  # noqa: E402
@@ -332,6 +333,12 @@ def page(programs, folder):
     equal("its configuration is taken", 1, len(os.listdir(os.path.join(where, "transcripts"))))
 
 
+def pasted(programs, binary):
+    """Commands of the pages that need pytest or pip, in the environment of the user: the package is installed once more, from a clone."""
+    pages.run("packages/python_package", binary, path=[programs], PIP_DISABLE_PIP_VERSION_CHECK="1",
+              PYTEST_ADDOPTS="-p no:cacheprovider --ignore=clients --ignore=packaging")
+
+
 def figures(programs, folder):
     """What a fresh robot adds to a test."""
     where = os.path.join(folder, "figures")
@@ -369,6 +376,7 @@ def main():
         page(user, folder)
         tests(user, folder)
         figures(user, folder)
+        pasted(user, binary)
         for number, python in enumerate(arguments.python):
             tests(environment(os.path.join(folder, "python%d" % number), python, wheel, *TEST), folder)
         if arguments.out:
