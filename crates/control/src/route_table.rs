@@ -22,7 +22,7 @@ pub struct Call {
     pub described: utoipa::openapi::OpenApi,
 }
 
-/// Stands before a handler: its documentation, method and path, and parameters, body and responses in the words of
+/// Comes before a handler: its documentation, method and path, and parameters, body and responses in the words of
 /// `utoipa::path`.
 ///
 /// It makes a module with the name of the handler, whose `call` is the [`Call`].
