@@ -41,9 +41,11 @@ pub use crate::watch::WaitError;
 use crate::watch::{Watch, channel};
 pub use scol_mini::ValueKind;
 use std::collections::BTreeMap;
+use std::convert::Infallible;
 use std::io;
 use std::net::{IpAddr, SocketAddr};
 use std::path::{Path, PathBuf};
+use std::sync::{Arc, Mutex};
 use std::thread::JoinHandle;
 use std::time::Duration;
 use tokio::runtime::{self, Runtime};
@@ -333,14 +335,24 @@ impl Emulator {
         &self,
         request: impl FnOnce(Box<dyn FnOnce(T) + Send>) -> Request,
     ) -> Result<T, Error> {
-        let (done, is_done) = std::sync::mpsc::channel();
-        let reply = Box::new(move |value| {
-            // Fails only when nobody waits for the result.
-            let _ = done.send(value);
-        });
+        let place = Arc::new(Mutex::new(None));
+        // It carries nothing: a channel for each type of answer was a tenth of the code of this crate.
+        let (done, is_done) = std::sync::mpsc::channel::<Infallible>();
+        let reply = {
+            let place = Arc::clone(&place);
+            Box::new(move |value| {
+                if let Ok(mut place) = place.lock() {
+                    *place = Some(value);
+                }
+                drop(done);
+            })
+        };
         let sent = self.started.requests.try_send(request(reply));
         sent.map_err(|_| Error::Ended)?;
-        is_done.recv().map_err(|_| Error::Ended)
+        // Ends when the other side is gone, with an answer or without.
+        let _ = is_done.recv();
+        let answer = place.lock().ok().and_then(|mut place| place.take());
+        answer.ok_or(Error::Ended)
     }
 
     fn request_snapshot(&self, task: SnapshotTask) -> Result<(), SnapshotRequestError> {
