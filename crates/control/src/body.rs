@@ -69,7 +69,7 @@ impl<S: Send + Sync, T: DeserializeOwned> FromRequest<S> for Json<T> {
         require_object(&bytes)?;
         serde_json::from_slice(&bytes)
             .map(Json)
-            .map_err(|error| unreadable_body::<T>(&bytes, &error))
+            .map_err(|error| unreadable_body(&bytes, &error, rejection::<T>))
     }
 }
 
@@ -85,7 +85,17 @@ fn require_object(body: &[u8]) -> Result<(), Problem> {
     Ok(())
 }
 
-fn unreadable_body<T: DeserializeOwned>(body: &[u8], error: &serde_json::Error) -> Problem {
+/// The reason why a body is no `T`.
+fn rejection<T: DeserializeOwned>(body: &[u8]) -> Option<serde_json::Error> {
+    serde_json::from_slice::<T>(body).err()
+}
+
+/// Tells why a body is not of its type. `rejection` gives the reason for another body.
+fn unreadable_body(
+    body: &[u8],
+    error: &serde_json::Error,
+    rejection: fn(&[u8]) -> Option<serde_json::Error>,
+) -> Problem {
     let status = if error.is_data() {
         StatusCode::UNPROCESSABLE_ENTITY
     } else {
@@ -93,7 +103,7 @@ fn unreadable_body<T: DeserializeOwned>(body: &[u8], error: &serde_json::Error) 
     };
     // Of an object with one field of several, serde does not say which.
     let named = (body.trim_ascii() == b"{}")
-        .then(|| serde_json::from_slice::<T>(br#"{"":null}"#).err())
+        .then(|| rejection(br#"{"":null}"#))
         .flatten()
         .map(|error| error.to_string())
         .filter(|error| error.starts_with("unknown variant"));
@@ -109,10 +119,14 @@ fn unreadable_body<T: DeserializeOwned>(body: &[u8], error: &serde_json::Error) 
 
 impl<T: Serialize> IntoResponse for Json<T> {
     fn into_response(self) -> Response {
-        match serde_json::to_vec(&self.0) {
-            Ok(document) => ([(CONTENT_TYPE, "application/json")], document).into_response(),
-            Err(error) => (StatusCode::INTERNAL_SERVER_ERROR, error.to_string()).into_response(),
-        }
+        json_response(serde_json::to_vec(&self.0))
+    }
+}
+
+fn json_response(document: serde_json::Result<Vec<u8>>) -> Response {
+    match document {
+        Ok(document) => ([(CONTENT_TYPE, "application/json")], document).into_response(),
+        Err(error) => (StatusCode::INTERNAL_SERVER_ERROR, error.to_string()).into_response(),
     }
 }
 
