@@ -6,7 +6,7 @@ use super::body::Json;
 use super::journal::Journal;
 use super::problem::Problem;
 use axum::http::StatusCode;
-use std::sync::Arc;
+use std::sync::{Arc, Mutex};
 use std::time::Duration;
 use tokio::sync::{Semaphore, oneshot};
 use tokio::time::timeout;
@@ -49,13 +49,36 @@ impl Handle {
         }
     }
 
-    /// Sends the request that `with` makes of a place for its answer, and waits for that answer. There is none once the
-    /// driver has ended.
-    async fn request<T>(&self, with: impl FnOnce(oneshot::Sender<T>) -> Request) -> Result<T, Problem> {
-        let (sender, receiver) = oneshot::channel();
-        let sent = self.driver.send(with(sender)).await;
+    /// Sends a request and waits for its answer. There is none once the driver has ended.
+    async fn request<T>(&self, request: Request, answer: oneshot::Receiver<T>) -> Result<T, Problem> {
+        let sent = self.driver.send(request).await;
         sent.map_err(|_| Problem::shutting_down())?;
-        receiver.await.map_err(|_| Problem::shutting_down())
+        answer.await.map_err(|_| Problem::shutting_down())
+    }
+
+    /// Sends the request that `with` makes of a reply, and returns what `look` reads when the driver replies.
+    async fn reply<R: 'static, T: Send + 'static>(
+        &self,
+        look: impl FnOnce(R, &View<'_>) -> T + Send + 'static,
+        with: impl FnOnce(Reply<R>) -> Request,
+    ) -> Result<T, Problem> {
+        let place = Arc::new(Mutex::new(None));
+        // It carries nothing: a channel of its own for each type of answer is much code.
+        let (done, is_done) = oneshot::channel::<()>();
+        let reply = {
+            let place = Arc::clone(&place);
+            move |result: R, view: &View<'_>| {
+                let value = look(result, view);
+                if let Ok(mut place) = place.lock() {
+                    *place = Some(value);
+                }
+                // The caller may have gone.
+                let _ = done.send(());
+            }
+        };
+        self.request(with(Box::new(reply)), is_done).await?;
+        let value = place.lock().ok().and_then(|mut place| place.take());
+        value.ok_or_else(Problem::shutting_down)
     }
 
     /// Changes the controller, and reads the state after the change and all its immediate consequences.
@@ -91,12 +114,8 @@ impl Handle {
     where
         Problem: From<E>,
     {
-        let with = |sender| {
-            let reply =
-                move |result: Result<(), E>, view: &View<'_>| answer(sender, result.map(|()| look(view)));
-            request(action, Box::new(reply))
-        };
-        Ok(self.request(with).await??)
+        let look = move |result: Result<(), E>, view: &View<'_>| result.map(|()| look(view));
+        Ok(self.reply(look, |reply| request(action, reply)).await??)
     }
 
     /// Reads from the present state.
@@ -104,8 +123,7 @@ impl Handle {
         &self,
         look: impl FnOnce(&View<'_>) -> T + Send + 'static,
     ) -> Result<T, Problem> {
-        self.request(|sender| Request::Query(Box::new(move |(), view| answer(sender, look(view)))))
-            .await
+        self.reply(move |(), view| look(view), Request::Query).await
     }
 
     /// The way to the driver alone.
@@ -115,18 +133,21 @@ impl Handle {
 
     /// Has the world of the robot pause.
     pub async fn pause(&self) -> Result<Paused, Problem> {
-        self.request(Request::Pause).await
+        let (sender, paused) = oneshot::channel();
+        self.request(Request::Pause(sender), paused).await
     }
 
     /// Sets an outside line with all immediate consequences; returns whether a wire begins there.
     pub async fn set_outside(&self, name: String, on: bool) -> Result<bool, Problem> {
-        self.request(|sender| Request::SetOutside(name, on, sender)).await
+        let (sender, begins) = oneshot::channel();
+        self.request(Request::SetOutside(name, on, sender), begins).await
     }
 
     /// Waits for a condition, for at most `wall` of wall-clock time.
     pub async fn wait(&self, wait: Wait, wall: Duration) -> Result<WaitResult, Problem> {
         let awaited = wait.condition().map(|condition| format!(" for `{condition}`"));
-        let waited = self.request(|sender| Request::Wait(wait, sender));
+        let (sender, result) = oneshot::channel();
+        let waited = self.request(Request::Wait(wait, sender), result);
         if let Ok(ended) = timeout(wall, waited).await {
             return ended;
         }
@@ -144,9 +165,4 @@ impl Handle {
         );
         Err(Problem::expected_found(status, "wall", expected, "none").told(told))
     }
-}
-
-/// Answers a caller; it may have gone.
-fn answer<T>(sender: oneshot::Sender<T>, value: T) {
-    let _ = sender.send(value);
 }
