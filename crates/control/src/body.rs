@@ -85,7 +85,7 @@ fn require_object(body: &[u8]) -> Result<(), Problem> {
     Ok(())
 }
 
-/// The reason why a body is no `T`.
+/// Returns the reason why a body does not fit `T`.
 fn rejection<T: DeserializeOwned>(body: &[u8]) -> Option<serde_json::Error> {
     serde_json::from_slice::<T>(body).err()
 }
