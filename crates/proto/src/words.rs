@@ -181,7 +181,7 @@ pub fn plain_message(message: &str) -> String {
 }
 
 /// Beginnings of messages of the parsers of JSON and TOML, and what they mean.
-const SYNTAX: [(&str, &str); 13] = [
+const SYNTAX: [(&str, &str); 14] = [
     ("EOF while parsing", "the JSON ends too early"),
     ("expected value", "expected a value"),
     ("expected ident", "expected true, false or null"),
@@ -200,6 +200,8 @@ const SYNTAX: [(&str, &str); 13] = [
         "string values must be quoted",
         "expected a value; a string has quotes",
     ),
+    // Of a word without quotes that begins as `true` or `false` does.
+    ("invalid boolean", "expected a value; a string has quotes"),
     ("invalid escape", "a string has an unknown escape"),
 ];
 
@@ -388,6 +390,10 @@ mod tests {
             ),
             (
                 "string values must be quoted, expected literal string",
+                "expected a value; a string has quotes",
+            ),
+            (
+                "invalid boolean, expected `true`",
                 "expected a value; a string has quotes",
             ),
         ] {

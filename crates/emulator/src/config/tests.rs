@@ -54,6 +54,7 @@ fn flags_win_over_environment_over_file_over_defaults() {
         ("TS3100_KEY_SWITCH", "internal"),
         ("TS3100_SET", "sf.split=one,do.min_run=300ms"),
         ("TS3100_UNHEARD_OF", "1"),
+        ("TS3100_BINARY", "/usr/bin/ts3100"),
         ("PATH", "/bin"),
     ]);
     let (args, unknown) = read(
