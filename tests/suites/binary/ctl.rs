@@ -427,6 +427,10 @@ fn a_port_of_a_robot_elsewhere_is_told_from_a_slow_interface() {
     expect_code(&late, 3);
     let expected = format!("error: {url} accepts connections but has not answered within 0.3 s (--timeout)");
     assert!(stderr(&late).starts_with(&expected), "{}", stderr(&late));
+    // The address of a wait that goes on is right.
+    let waiting = run(&["ctl", "--url", &url, "wait", "input 5 on", "--timeout", "0.3"]);
+    let advice = ": what is waited for has not come; --wall limits a wait\n";
+    assert_eq!(stderr(&waiting), expected + advice);
 }
 
 #[test]

@@ -20,6 +20,7 @@ use call::Call;
 use serde_json::Value;
 use std::io::{self, BufRead as _, Read as _, Write as _};
 use std::path::Path;
+use std::time::Duration;
 use ts3100_control::client::{Client, ClientError, DEFAULT_TIMEOUT, Response};
 use ts3100_control::printable::escape_lines;
 use ts3100_driver::files;
@@ -40,7 +41,11 @@ pub fn run(args: &CtlArgs) -> anyhow::Result<u8> {
     Ok(perform(&client, &call, args).unwrap_or_else(|error| {
         let is_late = matches!(error, ClientError::Late { .. });
         let limit = if is_late { " (--timeout)" } else { "" };
-        print_error(format_args!("{error}{limit}{}", target::advice(&error)));
+        let advice = match is_late && call.longest_wait() > Duration::ZERO {
+            true => ": what is waited for has not come; --wall limits a wait",
+            false => target::advice(&error),
+        };
+        print_error(format_args!("{error}{limit}{advice}"));
         NO_ANSWER
     }))
 }
