@@ -1,0 +1,86 @@
+"""A host that asks as fast as it is answered, and the emulator it asks. The bytes are spelled out in `tests/system/lib/wire.py`."""
+
+import contextlib
+import io
+import os
+import sys
+
+sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "system", "lib"))
+import emulator  # noqa: E402
+from emulator import Refused  # noqa: E402, F401
+from steps import Failed, show  # noqa: E402, F401
+from wire import CR, EOF, ETX, STX, Line  # noqa: E402, F401
+
+# No command is sent by the controller of its own accord, time moves on request only, serial lines are as fast as TCP.
+QUIET = ("--time", "stepped", "--set", "sp.unsolicited=false", "--set", "serial.pacing=false", "--set", "channel.second=replace")
+ARMS = {"six-axis": (), "scara": ("--model", "tsl3000-thl400")}
+OK_TEXT = STX + b"OK" + CR + ETX
+
+
+class Emulator(emulator.Emulator):
+    """An emulator whose end is looked at, but no step to report."""
+
+    def stop(self, *arguments, **more):
+        with contextlib.redirect_stdout(io.StringIO()):
+            super().stop(*arguments, **more)
+
+
+class Case:
+    """One comparison: what was asked, what the oracle says, what the emulator says, and the sentence that the oracle rests on."""
+
+    def __init__(self, what, expected, found, rests_on):
+        self.what, self.expected, self.found, self.rests_on = what, expected, found, rests_on
+
+    @property
+    def holds(self):
+        return self.expected == self.found
+
+
+class Asking(Line):
+    """Texts with STX, answers without the advised pause."""
+
+    def answer(self):
+        """The data section of the next text of characters."""
+        text = self.until(ETX)
+        if text[:1] != STX:
+            raise Failed("an answer begins with STX\n     found    %s" % show(text))
+        return text[1:-1]
+
+    def ask(self, command):
+        """The whole answer to a command: OK, NG, or the content of FL without EOF."""
+        self.raw(STX + command.encode("ascii") + CR + ETX)
+        data = self.answer()
+        if not data.startswith(b"FL,"):
+            return data.rstrip(b"\r").decode("ascii")
+        content = data[3:]
+        while True:
+            self.raw(OK_TEXT)
+            if EOF in content:
+                return content[:content.index(EOF)].decode("ascii")
+            content += self.answer()
+
+    def binary(self, command, length, end, split=False):
+        """The body of SF or IO, read by its length; None for NG. `split`: in texts of 253 data bytes."""
+        self.raw(STX + command.encode("ascii") + CR + ETX)
+        head = self.count(4)
+        if head != STX + b"FL,":
+            self.until(ETX)
+            return None
+        body = b""
+        if split:
+            body = self.count(250)
+            self.count(1)
+            self.raw(OK_TEXT)
+            self.count(1)
+        body += self.count(length - len(body))
+        found = self.count(len(end))
+        if found != end:
+            raise Failed("%s ends with %s\n     found    %s" % (command, show(end), show(found)))
+        self.raw(OK_TEXT)
+        return body
+
+
+def serial(emulator, port):
+    """The address of a serial line that is served as raw TCP, `host` or `com1`."""
+    host, number = emulator.ready["serial"][port].rsplit("/", 1)[-1].rsplit(":", 1)
+    return (host, int(number))
