@@ -11,8 +11,9 @@ from emulator import Refused  # noqa: E402, F401
 from steps import Failed, show  # noqa: E402, F401
 from wire import CR, EOF, ETX, STX, Line  # noqa: E402, F401
 
-# No command is sent by the controller of its own accord, time moves on request only, serial lines are as fast as TCP.
-QUIET = ("--time", "stepped", "--set", "sp.unsolicited=false", "--set", "serial.pacing=false", "--set", "channel.second=replace")
+# No command is sent by the controller of its own accord, serial lines are as fast as TCP, a new connection replaces the old one.
+STEPPED, RUNNING = ("--time", "stepped"), ("--time", "x1000")
+QUIET = ("--set", "sp.unsolicited=false", "--set", "serial.pacing=false", "--set", "channel.second=replace")
 ARMS = {"six-axis": (), "scara": ("--model", "tsl3000-thl400")}
 OK_TEXT = STX + b"OK" + CR + ETX
 

@@ -7,7 +7,7 @@ import re
 import struct
 
 import alarms
-from link import ARMS, EOF, ETX, QUIET, Asking, Case, Emulator
+from link import ARMS, EOF, ETX, QUIET, STEPPED, Asking, Case, Emulator
 
 PROGRAM = "PROGRAM P\nAGAIN:\nDELAY 5\nGOTO AGAIN\nEND\n"
 STATUS = ("reset", "running", "retry", "continue")
@@ -126,7 +126,7 @@ class Cell:
 def cases(binary, draw, count):
     for arm, flags in ARMS.items():
         for dialect in ("field", "manual"):
-            with Emulator(binary, *QUIET, *flags, "--dialect", dialect) as emulator:
+            with Emulator(binary, *QUIET, *STEPPED, *flags, "--dialect", dialect) as emulator:
                 cell, left = Cell(emulator, arm, dialect, draw), count // 4
                 while left > 0:
                     for case in draw.choice((cell.several, cell.effect))():

@@ -1,7 +1,7 @@
 """Every command on both ports in every mode and state, for both arms in both dialects. A snapshot brings each state back."""
 
 import permissions
-from link import ARMS, EOF, ETX, QUIET, Asking, Case, Emulator, Failed, serial
+from link import ARMS, EOF, ETX, QUIET, STEPPED, Asking, Case, Emulator, Failed, serial
 
 PROGRAM = """GLOBAL
 A = 10
@@ -106,7 +106,7 @@ class Cell:
 def cases(binary, draw, count):
     for arm, flags in ARMS.items():
         for dialect in ("field", "manual"):
-            with Emulator(binary, *QUIET, *flags, "--dialect", dialect, "--serial-host-tcp", "127.0.0.1:0",
+            with Emulator(binary, *QUIET, *STEPPED, *flags, "--dialect", dialect, "--serial-host-tcp", "127.0.0.1:0",
                           "--serial-com1-tcp", "127.0.0.1:0") as emulator:
                 cell = Cell(emulator, arm, dialect)
                 texts = list(commands(arm))

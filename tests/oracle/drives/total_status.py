@@ -7,7 +7,7 @@ import struct
 import alarms
 import permissions
 import total_status
-from link import ARMS, EOF, ETX, QUIET, Asking, Case, Emulator, Failed
+from link import ARMS, EOF, ETX, QUIET, STEPPED, Asking, Case, Emulator, Failed
 
 LAYOUT = "our manual, 5.3.3 FL (5), sf-layout.tsv; SCARA: S23; alarms D6; system outputs SF-38, SF-39"
 INPUTS = [*range(1, 65), *range(101, 165), *range(201, 217), *range(233, 249), 262, 263]
@@ -238,7 +238,7 @@ class Walk:
 def cases(binary, draw, count):
     for arm, flags in ARMS.items():
         for dialect in ("field", "manual"):
-            with Emulator(binary, *QUIET, *flags, "--dialect", dialect) as emulator:
+            with Emulator(binary, *QUIET, *STEPPED, *flags, "--dialect", dialect) as emulator:
                 walk = Walk(emulator, arm, dialect, draw)
                 for _ in range(count // 4):
                     done = "%s, %s dialect, after %s" % (arm, dialect, ", ".join(walk.step() for _ in range(draw.randint(1, 5))))
