@@ -7,7 +7,7 @@ import sys
 
 sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "system", "lib"))
 import emulator  # noqa: E402
-from emulator import Refused  # noqa: E402, F401
+from emulator import NotReached, Refused  # noqa: E402, F401
 from steps import Failed, show  # noqa: E402, F401
 from wire import CR, EOF, ETX, STX, Line  # noqa: E402, F401
 
