@@ -73,11 +73,10 @@ class Feeding:
             self.sent += record
             self.buffer.receive(record)
 
-    def pieces(self, cut):
-        """What is sent, cut anywhere."""
-        if not cut:
-            return [self.sent] if self.sent else []
-        cuts = sorted(self.draw.randint(0, len(self.sent)) for _ in range(self.draw.choice((0, 0, 1, 3))))
+    def pieces(self):
+        """What is sent, cut anywhere before the separator that completes the INPUT: so what is left over has come when it ends."""
+        last = len(self.sent) - len(self.buffer.data) - 1
+        cuts = sorted(self.draw.randint(0, last) for _ in range(self.draw.choice((0, 0, 1, 3)))) if last > 0 else []
         return [self.sent[begin:end] for begin, end in zip([0, *cuts], [*cuts, len(self.sent)]) if begin < end]
 
 
@@ -105,8 +104,7 @@ class Cell:
             feeding = Feeding(self.draw, buffers[channel], names)
             before = buffers[channel].data
             feeding.feed()
-            # What BUFFRESET is to clear has to be there when INPUT ends.
-            for piece in feeding.pieces(not cleared):
+            for piece in feeding.pieces():
                 self.peers[channel].raw(piece.encode("ascii"))
             what = "INPUT %s, %s: %r kept, %r sent, %s" % (channel, ", ".join(names), before, feeding.sent, self.done)
             try:
