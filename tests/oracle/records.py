@@ -57,6 +57,11 @@ def received(old, token, leading):
     return Real(value) if isinstance(old, Real) else truncated(value)
 
 
+def cancelled(tokens, count):
+    """INP-09, INP-10: a stop ends the INPUT; variables whose data had not come count as 0, the program goes on behind it."""
+    return tokens + ["0"] * (count - len(tokens))
+
+
 def malformed_is_number(arm, dialect):
     """T13.1: in the manual dialect on six axes the leading number counts; else the alarm is raised."""
     return arm == "six-axis" and dialect == "manual"

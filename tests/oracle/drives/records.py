@@ -73,6 +73,17 @@ class Feeding:
             self.sent += record
             self.buffer.receive(record)
 
+    def starve(self):
+        """Sends too few values, each complete; False if the buffer has enough, or what raises an alarm."""
+        if self.read() or any(value in STRINGS for value in self.tokens):
+            return False
+        for _ in range(self.draw.randrange(len(self.names) - len(self.tokens))):
+            value = token(self.draw, self.names[len(self.tokens)][0] == "N") or "0"
+            self.sent += value + self.draw.choice((",", "\r"))
+            self.buffer.receive(value + self.sent[-1])
+            self.read()
+        return True
+
     def pieces(self):
         """What is sent, cut anywhere before the separator that completes the INPUT: so what is left over has come when it ends."""
         last = len(self.sent) - len(self.buffer.data) - 1
@@ -93,6 +104,15 @@ class Cell:
         if self.host.ask(text) != "OK":
             raise Failed("%s is answered OK" % text)
 
+    def cancel(self, channel, data):
+        """Sends too little, and stops and starts the program while it waits."""
+        self.peers[channel].raw(data.encode("ascii"))
+        for _ in range(2):
+            # Any call: what was sent before it has arrived when the next one is served.
+            self.robot.call("get_clock")
+        self.command("SP")
+        self.command("RN")
+
     def run(self):
         """The cases of one program; an alarm ends it."""
         text, variables, statements = program(self.draw)
@@ -103,12 +123,17 @@ class Cell:
         for channel, names, cleared in statements:
             feeding = Feeding(self.draw, buffers[channel], names)
             before = buffers[channel].data
-            feeding.feed()
-            for piece in feeding.pieces():
-                self.peers[channel].raw(piece.encode("ascii"))
-            what = "INPUT %s, %s: %r kept, %r sent, %s" % (channel, ", ".join(names), before, feeding.sent, self.done)
+            cancelled = self.draw.random() < 0.05 and feeding.starve()
+            if cancelled:
+                self.cancel(channel, feeding.sent)
+            else:
+                feeding.feed()
+                for piece in feeding.pieces():
+                    self.peers[channel].raw(piece.encode("ascii"))
+            what = "INPUT %s, %s: %r kept, %r sent%s, %s" % (channel, ", ".join(names), before, feeding.sent,
+                                                            ", SP and RN" if cancelled else "", self.done)
             try:
-                for name, value in zip(names, feeding.tokens):
+                for name, value in zip(names, records.cancelled(feeding.tokens, len(names)) if cancelled else feeding.tokens):
                     variables[name] = records.received(variables[name], value, self.leading)
             except records.Malformed as error:
                 try:
