@@ -7,6 +7,8 @@ from printing import Real, truncated
 
 # What an empty field counts as (INP-17).
 EMPTY = "0"
+# T13.4: what exceeds them is ignored.
+ROWS = 128
 NUMBER = re.compile(r"[+-]?\d+\.?\d*")
 
 
@@ -41,27 +43,53 @@ class Buffer:
         return match.group(1).strip("\n ") or EMPTY
 
 
-def number(token, leading):
-    """The value of a token. `leading`: its leading numeric part counts, 0 if it has none (INP-14), instead of an alarm."""
+def alarm(token):
+    """A string that is no number raises 2-046 (S89, T13.1)."""
+    raise Malformed(token)
+
+
+def leading_number(token):
+    """The leading numeric part, 0 if there is none (INP-14)."""
     match = NUMBER.match(token)
-    if not match or match.end() < len(token):
-        if not leading:
-            raise Malformed(token)
-        token = match.group() if match else "0"
+    return match.group() if match else "0"
+
+
+def zero(_token):
+    """[U25] 1: the string is 0 (T13.2)."""
+    return "0"
+
+
+def looked_up(rows):
+    """[U25] 2: the number of the first row of STRING.PAR that fits, in exact letter case; at most 128 rows (T13.4, T13.5)."""
+    def find(token):
+        for number, text in rows[:ROWS]:
+            if text == token:
+                return str(number)
+        raise Malformed(token)
+    return find
+
+
+def policy(arm, dialect, switch, rows):
+    """What becomes of a string that is no number. In the manual dialect on six axes its leading number counts, and [U25] has no
+    effect (T13.1, T13.3, T27.12). `switch`: the first number of [U25]; None: the file has no such section, which means 0."""
+    if arm == "six-axis" and dialect == "manual":
+        return leading_number
+    return {0: alarm, 1: zero, 2: looked_up(rows)}[switch or 0]
+
+
+def number(token, malformed):
+    """The value of a token."""
+    if not NUMBER.fullmatch(token):
+        token = malformed(token)
     return Real(float(token)) if "." in token else int(token)
 
 
-def received(old, token, leading):
+def received(old, token, malformed):
     """The variable after INPUT: its type stays, a real sent to an integer loses its decimals (INP-15)."""
-    value = number(token, leading)
+    value = number(token, malformed)
     return Real(value) if isinstance(old, Real) else truncated(value)
 
 
 def cancelled(tokens, count):
     """INP-09, INP-10: a stop ends the INPUT; variables whose data had not come count as 0, the program goes on behind it."""
     return tokens + ["0"] * (count - len(tokens))
-
-
-def malformed_is_number(arm, dialect):
-    """T13.1: in the manual dialect on six axes the leading number counts; else the alarm is raised."""
-    return arm == "six-axis" and dialect == "manual"

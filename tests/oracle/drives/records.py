@@ -9,7 +9,7 @@ STATEMENTS = 40
 # D10: 256 bytes a channel.
 CAPACITY = 200
 CHANNELS = ("IP1", "IP2", "COM1")
-STRINGS = ("ABC", "12X", "X12", "-", "1.2.3", "--3", "7 8", "1;2", "5)", "OK")
+STRINGS = ("ABC", "abc", "Abc", "12X", "X12", "-", "1.2.3", "--3", "7 8", "1;2", "5)", "OK")
 RULE = ("our manual 4.1.2: values separated by commas, the record ends with CR; too many stay for the next INPUT, too few are waited "
         "for; NPC-01, INP-01 to INP-17, D10, T13")
 
@@ -42,6 +42,13 @@ def program(draw):
     return "\n".join(lines + ["END", ""]), variables, statements
 
 
+def strings(draw):
+    """Rows of STRING.PAR: number and text, some twice, some beyond the last row that counts."""
+    known = [(draw.randint(0, 32767), draw.choice(STRINGS)) for _ in range(4)]
+    rows = known + [(draw.randint(0, 32767), "FILL%d" % row) for row in range(draw.choice((0, 40, 122, 124, 126)))]
+    return rows + [(draw.randint(0, 32767), draw.choice(STRINGS)) for _ in range(4)]
+
+
 class Feeding:
     """What is sent for one INPUT: records until it has enough, cut into pieces."""
 
@@ -64,7 +71,7 @@ class Feeding:
             left = [name[0] == "N" for name in self.names[len(self.tokens):]]
             count = self.draw.choice((1, len(left), len(left), len(left) + self.draw.randint(1, 3)))
             values = [token(self.draw, (left + [True] * 9)[at]) for at in range(count)]
-            if self.draw.random() < 0.03:
+            if self.draw.random() < 0.05:
                 values[self.draw.randrange(count)] = self.draw.choice(STRINGS)
             record = ",".join(values) + self.draw.choice(("\r", "\r", "\r\n", ",\r", ",\r\n"))
             if record.strip("\r\n") in ("", ","):
@@ -94,11 +101,24 @@ class Feeding:
 class Cell:
     """An emulator, its host, and a peer on each channel."""
 
-    def __init__(self, emulator, arm, dialect, draw):
-        self.robot, self.draw, self.done = emulator.robot, draw, "%s, %s dialect" % (arm, dialect)
-        self.leading = records.malformed_is_number(arm, dialect)
+    def __init__(self, emulator, arm, dialect, switch, draw):
+        self.robot, self.draw, self.done = emulator.robot, draw, "%s, %s dialect, [U25] %s" % (arm, dialect, switch)
+        rows = strings(draw)
+        self.malformed = records.policy(arm, dialect, switch, rows)
+        self.parameters(switch, rows)
         self.host = Asking(emulator.address("ip0"))
         self.peers = {"IP1": Line(emulator.address("ip1")), "IP2": Line(emulator.address("ip2")), "COM1": Line(serial(emulator, "com1"))}
+
+    def parameters(self, switch, rows):
+        """[U25] of USER.PAR and STRING.PAR; they act after a power cycle."""
+        if switch is None:
+            return
+        kept = self.robot.files["USER.PAR"].partition("[U25]")[0].replace("[END]\n", "")
+        section = "[U25] FUNCTION SELECT SWITCH\n= %d 0 0 0 0 0\n" % switch + "= 0 0 0 0 0 0\n" * 3
+        self.robot.files["USER.PAR"] = kept + section + "[END]\n"
+        self.robot.files["STRING.PAR"] = "".join('= %d "%s"\n' % row for row in rows)
+        self.robot.power_cycle()
+        self.robot.call("put_servo", {"on": True})
 
     def command(self, text):
         if self.host.ask(text) != "OK":
@@ -134,7 +154,7 @@ class Cell:
                                                             ", SP and RN" if cancelled else "", self.done)
             try:
                 for name, value in zip(names, records.cancelled(feeding.tokens, len(names)) if cancelled else feeding.tokens):
-                    variables[name] = records.received(variables[name], value, self.leading)
+                    variables[name] = records.received(variables[name], value, self.malformed)
             except records.Malformed as error:
                 try:
                     self.robot.wait_until("status stop (continue)", 3600)
@@ -157,15 +177,15 @@ class Cell:
 
 
 def cases(binary, draw, count):
-    for arm, flags in ARMS.items():
-        for dialect in ("field", "manual"):
-            with Emulator(binary, *QUIET, *RUNNING, *flags, "--dialect", dialect, "--servo-on", "--set", "drive.open_mode=1 1 1 0",
-                          "--serial-com1-tcp", "127.0.0.1:0") as emulator:
-                cell, left = Cell(emulator, arm, dialect, draw), count // 4
-                while left > 0:
-                    for case in cell.run():
-                        left -= 1
-                        yield case
+    cells = [(arm, dialect, switch) for arm in ARMS for dialect in ("field", "manual") for switch in (None, 1, 2)]
+    for arm, dialect, switch in cells:
+        with Emulator(binary, *QUIET, *RUNNING, *ARMS[arm], "--dialect", dialect, "--servo-on", "--set", "drive.open_mode=1 1 1 0",
+                      "--serial-com1-tcp", "127.0.0.1:0") as emulator:
+            cell, left = Cell(emulator, arm, dialect, switch, draw), count // len(cells)
+            while left > 0:
+                for case in cell.run():
+                    left -= 1
+                    yield case
 
 
 def plant_canary():
