@@ -17,9 +17,11 @@ class Undecided(Exception):
 
 
 class Text:
-    """A text that has ended: its data without the CR at the end, whether STX began it, whether the finding `no-etx` is made."""
+    """A text that has ended: its data without the CR at the end and whether there was one, whether STX began it, whether the
+    finding `no-etx` is made."""
 
     def __init__(self, data, framed, by_cr):
+        self.delimited = data[-1:] == b"\r"
         self.data = bytes(data[:-1] if data[-1:] == b"\r" else data)
         self.framed = framed
         # T27.2: not for OK and NG.
@@ -27,11 +29,11 @@ class Text:
 
 
 class Reader:
-    """One connection with the option `text.end`: `etx`, `cr` or `detect`."""
+    """One connection with the option `text.end`: `etx`, `cr` or `detect`; `required`: as `etx`, and a text begins with STX."""
 
     def __init__(self, option):
         self.option = option
-        self.mark = {"etx": "etx", "cr": "cr", "detect": None}[option]
+        self.mark = {"etx": "etx", "cr": "cr", "detect": None, "required": "etx"}[option]
         self.state, self.data = "between", bytearray()
         self.waits = self.swallow = False
         self.silent = 0
@@ -74,6 +76,9 @@ class Reader:
         swallow, self.swallow = self.swallow, False
         if byte == STX:
             self.begin("framed")
+        elif self.option == "required":
+            # D0: bytes outside STX to ETX are ignored.
+            return
         elif byte == ETX:
             if not swallow:
                 raise Undecided
