@@ -7,14 +7,17 @@ import sys
 
 sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "system", "lib"))
 import emulator  # noqa: E402
-from emulator import NotReached, Refused  # noqa: E402, F401
+from emulator import NotReached  # noqa: E402, F401
 from steps import Failed, show  # noqa: E402, F401
 from wire import CR, EOF, ETX, STX, Line  # noqa: E402, F401
 
-# No command is sent by the controller of its own accord, serial lines are as fast as TCP, a new connection replaces the old one.
 STEPPED, RUNNING = ("--time", "stepped"), ("--time", "x1000")
+# The controller sends no SP of its own accord, serial lines are as fast as TCP, a new connection replaces the old one.
 QUIET = ("--set", "sp.unsolicited=false", "--set", "serial.pacing=false", "--set", "channel.second=replace")
 ARMS = {"six-axis": (), "scara": ("--model", "tsl3000-thl400")}
+# Key switch and control right of each column of the permission tables.
+KEYS = {"TEACHING": ("teaching", "ether"), "INTERNAL": ("internal", "ether"), "SIG": ("ext", "sig"), "RS-232C": ("ext", "rs232c"),
+        "ETHER": ("ext", "ether")}
 OK_TEXT = STX + b"OK" + CR + ETX
 
 
@@ -60,8 +63,14 @@ class Asking(Line):
                 return content[:content.index(EOF)].decode("ascii")
             content += self.answer()
 
+    def total_status(self, arm, dialect):
+        """The body of SF, None for NG: 276 bytes and EOF, in the manual dialect in two texts (SF-02); 250 on a SCARA (S23)."""
+        if arm == "scara":
+            return self.binary("SF", 250, ETX)
+        return self.binary("SF", 276, EOF + ETX, split=dialect == "manual")
+
     def binary(self, command, length, end, split=False):
-        """The body of SF or IO, read by its length; None for NG. `split`: in texts of 253 data bytes."""
+        """A body that is read by its length; None for NG. `split`: in texts of 253 data bytes."""
         self.raw(STX + command.encode("ascii") + CR + ETX)
         head = self.count(4)
         if head != STX + b"FL,":
@@ -79,6 +88,13 @@ class Asking(Line):
             raise Failed("%s ends with %s\n     found    %s" % (command, show(end), show(found)))
         self.raw(OK_TEXT)
         return body
+
+
+def turn(robot, mode):
+    """Brings the key switch and the control right to a column of the permission tables."""
+    key, right = KEYS[mode]
+    robot.call("put_key_switch", {"position": key})
+    robot.call("put_control_right", {"holder": right})
 
 
 def serial(emulator, port):

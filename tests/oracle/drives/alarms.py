@@ -7,7 +7,7 @@ import re
 import struct
 
 import alarms
-from link import ARMS, EOF, ETX, QUIET, STEPPED, Asking, Case, Emulator
+from link import ARMS, QUIET, STEPPED, Asking, Case, Emulator
 
 PROGRAM = "PROGRAM P\nAGAIN:\nDELAY 5\nGOTO AGAIN\nEND\n"
 STATUS = ("reset", "running", "retry", "continue")
@@ -34,8 +34,7 @@ class Cell:
 
     def total(self):
         """Alarm words, status and servo as SF shows them."""
-        length, end = (276, EOF + ETX) if self.arm == "six-axis" else (250, ETX)
-        body = self.host.binary("SF", length, end, self.arm == "six-axis" and self.dialect == "manual")
+        body = self.host.total_status(self.arm, self.dialect)
         return list(struct.unpack(">10H", body[4:24])), STATUS[body[2]], bool(body[0])
 
     def reset(self):
@@ -81,14 +80,14 @@ class Cell:
         history = alarms.history_file([alarms.history_record(*row) for row in reversed(self.history[-KEPT:])])
         yield Case("EU, " + done, history, self.ask("EU"), FILES)
         if self.arm == "scara" or self.dialect == "field":
-            yield Case("SM, " + done, "AL%d" % highest, self.ask("SM,1").split(" ")[11], "L15: AL is the level of the alarm that occurs now")
+            yield Case("SM, " + done, "AL%d" % highest, self.ask("SM,1").split(" ")[11], "L15: AL, the level of the alarm that occurs now")
             moments = dict(self.history)
             for command, rows in (("AC", [(number, moments[number]) for number in self.active]), ("AH", self.history)):
                 found = self.ask(command)
                 if command == "AH" and len(rows) > KEPT:
                     continue
-                records = [alarms.message_record(number, self.message(number, found), moment, command == "AC" and self.dialect == "field")
-                           for number, moment in rows]
+                four_digits = command == "AC" and self.dialect == "field"
+                records = [alarms.message_record(number, self.message(number, found), moment, four_digits) for number, moment in rows]
                 # In which order is not said.
                 yield Case(command + ", " + done, *self.differing(alarms.message_file(records), found), FILES)
 

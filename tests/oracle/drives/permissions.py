@@ -1,7 +1,7 @@
 """Every command on both ports in every mode and state, for both arms in both dialects. A snapshot brings each state back."""
 
 import permissions
-from link import ARMS, EOF, ETX, QUIET, STEPPED, Asking, Case, Emulator, Failed, serial
+from link import ARMS, ETX, QUIET, STEPPED, Asking, Case, Emulator, Failed, serial, turn
 
 PROGRAM = """GLOBAL
 A = 10
@@ -16,8 +16,6 @@ POINT P1=%s/
 END
 """
 START = {"six-axis": "400,0,300,0,0,0,0,0", "scara": "300,100,50,0,0"}
-KEYS = {"TEACHING": ("teaching", "ether"), "INTERNAL": ("internal", "ether"), "SIG": ("ext", "sig"), "RS-232C": ("ext", "rs232c"),
-        "ETHER": ("ext", "ether")}
 STATES = ("stopped", "running", "direct", "hold", "unpowered", "emergency")
 FRAME = {"six-axis": "1 2 3 4 5 6", "scara": "1 2 3 4"}
 
@@ -51,12 +49,10 @@ class Cell:
     def prepare(self, mode, state):
         """Brings the robot to a mode and state, and keeps the snapshot."""
         robot = self.robot
-        key, right = KEYS[mode]
         robot.call("put_servo", {"on": True})
         if state == "direct":
             self.expect("DO,DELAY 1000", "OK")
-        robot.call("put_key_switch", {"position": key})
-        robot.call("put_control_right", {"holder": right})
+        turn(robot, mode)
         if state in ("hold", "unpowered", "emergency"):
             name, body = {"hold": ("put_feed_hold", {"on": True}), "unpowered": ("put_servo", {"on": False}),
                           "emergency": ("put_emergency_stop", {"pressed": True})}[state]
@@ -76,8 +72,7 @@ class Cell:
         robot = self.robot
         robot.call("put_emergency_stop", {"pressed": False})
         robot.call("put_feed_hold", {"on": False})
-        robot.call("put_key_switch", {"position": "ext"})
-        robot.call("put_control_right", {"holder": "ether"})
+        turn(robot, "ETHER")
         self.expect("BR", "OK")
         robot.call("reset_alarms")
         self.expect("RS,PRG", "OK")
@@ -91,9 +86,7 @@ class Cell:
         """Whether the answer is not NG; whatever the command opened is closed."""
         host = self.hosts[port]
         if command == "SF":
-            length, end = (276, EOF + ETX) if self.arm == "six-axis" else (250, ETX)
-            split = self.arm == "six-axis" and self.dialect == "manual"
-            return host.binary(command, length, end, split) is not None
+            return host.total_status(self.arm, self.dialect) is not None
         if command == "IO,1":
             return host.binary(command, 80, ETX) is not None
         answer = host.ask(command)

@@ -4,7 +4,7 @@ is which answers come, in which framing, and how often the finding `no-etx` is m
 import re
 
 import text_end
-from link import ARMS, CR, ETX, QUIET, STEPPED, STX, Asking, Case, Emulator, Line
+from link import ARMS, CR, ETX, QUIET, STEPPED, STX, Case, Emulator, Line
 
 OPTIONS = ("detect", "detect", "cr", "etx", "required")
 # Commands, and the letters of their answers (of OK and NG none, D2).

@@ -7,15 +7,13 @@ import struct
 import alarms
 import permissions
 import total_status
-from link import ARMS, EOF, ETX, QUIET, STEPPED, Asking, Case, Emulator, Failed
+from link import ARMS, ETX, QUIET, STEPPED, Asking, Case, Emulator, Failed, turn
 
 LAYOUT = "our manual, 5.3.3 FL (5), sf-layout.tsv; SCARA: S23; alarms D6; system outputs SF-38, SF-39"
 INPUTS = [*range(1, 65), *range(101, 165), *range(201, 217), *range(233, 249), 262, 263]
 OUTPUTS = [*range(1, 65), *range(101, 165), *range(201, 209)]
 # Files, and the line on which each waits for input.
 FILES = {"L2": 2, "L9": 9, "L300": 300}
-KEYS = {"TEACHING": ("teaching", "ether"), "INTERNAL": ("internal", "ether"), "SIG": ("ext", "sig"), "RS-232C": ("ext", "rs232c"),
-        "ETHER": ("ext", "ether")}
 NEAR = 0.002
 # T8: the emergency stop. A low battery has an alarm that is the emulator's own (no source has its number).
 STOP, BATTERY = alarms.word("8-014"), alarms.word("1-102")
@@ -64,9 +62,7 @@ class Walk:
     def change_key(self):
         if self.facts["status"] != "running":
             mode = self.draw.choice(permissions.MODES)
-            key, right = KEYS[mode]
-            self.panel("put_key_switch", position=key)
-            self.panel("put_control_right", holder=right)
+            turn(self.robot, mode)
             self.facts["mode"] = mode
 
     def change_inputs(self):
@@ -205,9 +201,7 @@ class Walk:
 
     def total(self):
         """Expected and found body of SF, each with 0 where nothing is decided."""
-        split = self.arm == "six-axis" and self.dialect == "manual"
-        length, end = (276, EOF + ETX) if self.arm == "six-axis" else (250, ETX)
-        found = self.host.binary("SF", length, end, split)
+        found = self.host.total_status(self.arm, self.dialect)
         arm = self.robot.state["arm"]
         group, facts = 4 * total_status.AXES[self.arm], dict(self.facts)
         for number, name in enumerate(("joints", "world", "work")):
@@ -259,6 +253,5 @@ def cases(binary, draw, count):
 
 
 def plant_canary():
-    total_status.RESERVED["scara"] = 2
     total_status.BLOCKS = total_status.BLOCKS[:4] + (102,) + total_status.BLOCKS[5:]
     return "extension lines begin at 102"
