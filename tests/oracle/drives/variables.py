@@ -31,7 +31,8 @@ def values(draw, arm, code, count):
     """So many values as a host sends them; the last of a position is its configuration."""
     if code == variables.INTEGER:
         return [str(draw.choice((draw.randint(-9, 9), draw.randint(-2 ** 31, 2 ** 31 - 1)))) for _ in range(count)]
-    out = ["%.*f" % (draw.choice((0, 1, 3)), draw.uniform(-999, 999)) for _ in range(count)]
+    # Whether an integer -0 keeps its sign in a real is not said.
+    out = [("%.*f" % (draw.choice((0, 1, 3)), draw.uniform(-999, 999))).replace("-0", "0") for _ in range(count)]
     if code == variables.POSITION:
         out[-1] = "".join(draw.choice("012") for _ in range(5)) if arm == "six-axis" else draw.choice("012")
     return out
