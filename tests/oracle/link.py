@@ -29,6 +29,14 @@ class Emulator(emulator.Emulator):
             super().stop(*arguments, **more)
 
 
+def robots(binary, *more):
+    """A robot of each arm in each dialect, one after the other: the emulator, its arm and its dialect."""
+    for arm, flags in ARMS.items():
+        for dialect in ("field", "manual"):
+            with Emulator(binary, *QUIET, *STEPPED, *flags, "--dialect", dialect, *more) as emulator:
+                yield emulator, arm, dialect
+
+
 class Case:
     """One comparison: what was asked, what the oracle says, what the emulator says, and the sentence that the oracle rests on."""
 

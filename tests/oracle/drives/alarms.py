@@ -7,7 +7,7 @@ import re
 import struct
 
 import alarms
-from link import ARMS, QUIET, STEPPED, Asking, Case, Emulator
+from link import Asking, Case, robots
 
 PROGRAM = "PROGRAM P\nAGAIN:\nDELAY 5\nGOTO AGAIN\nEND\n"
 STATUS = ("reset", "running", "retry", "continue")
@@ -123,14 +123,12 @@ class Cell:
 
 
 def cases(binary, draw, count):
-    for arm, flags in ARMS.items():
-        for dialect in ("field", "manual"):
-            with Emulator(binary, *QUIET, *STEPPED, *flags, "--dialect", dialect) as emulator:
-                cell, left = Cell(emulator, arm, dialect, draw), count // 4
-                while left > 0:
-                    for case in draw.choice((cell.several, cell.effect))():
-                        left -= 1
-                        yield case
+    for emulator, arm, dialect in robots(binary):
+        cell, left = Cell(emulator, arm, dialect, draw), count // 4
+        while left > 0:
+            for case in draw.choice((cell.several, cell.effect))():
+                left -= 1
+                yield case
 
 
 def plant_canary():

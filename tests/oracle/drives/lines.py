@@ -5,7 +5,7 @@ import struct
 import lines
 import permissions
 import total_status
-from link import ARMS, QUIET, STEPPED, Asking, Case, Emulator
+from link import Asking, Case, robots
 
 RULE = "our manual 5.3.3: IW, RS; CMD-IW-01 to CMD-IW-05, CMD-RS-07; S14, S79; T12, T14"
 DRIVEN = [*range(1, 65), *range(101, 165), *range(201, 209)]
@@ -75,14 +75,12 @@ class Cell:
 
 
 def cases(binary, draw, count):
-    for arm, flags in ARMS.items():
-        for dialect in ("field", "manual"):
-            with Emulator(binary, *QUIET, *STEPPED, *flags, "--dialect", dialect) as emulator:
-                cell, left = Cell(emulator, arm, dialect, draw), count // 4
-                while left > 0:
-                    for case in cell.step():
-                        left -= 1
-                        yield case
+    for emulator, arm, dialect in robots(binary):
+        cell, left = Cell(emulator, arm, dialect, draw), count // 4
+        while left > 0:
+            for case in cell.step():
+                left -= 1
+                yield case
 
 
 def plant_canary():

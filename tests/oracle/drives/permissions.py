@@ -1,7 +1,7 @@
 """Every command on both ports in every mode and state, for both arms in both dialects. A snapshot brings each state back."""
 
 import permissions
-from link import ARMS, ETX, QUIET, STEPPED, Asking, Case, Emulator, Failed, serial, turn
+from link import ETX, Asking, Case, Failed, robots, serial, turn
 
 PROGRAM = """GLOBAL
 A = 10
@@ -97,21 +97,18 @@ class Cell:
 
 
 def cases(binary, draw, count):
-    for arm, flags in ARMS.items():
-        for dialect in ("field", "manual"):
-            with Emulator(binary, *QUIET, *STEPPED, *flags, "--dialect", dialect, "--serial-host-tcp", "127.0.0.1:0",
-                          "--serial-com1-tcp", "127.0.0.1:0") as emulator:
-                cell = Cell(emulator, arm, dialect)
-                texts = list(commands(arm))
-                for _ in range(count // 4):
-                    (mode, state), text, port = draw.choice(cell.states), draw.choice(texts), draw.choice(permissions.PORTS)
-                    expected = permissions.accepted(text, port, mode, state, arm, dialect)
-                    if expected is None:
-                        continue
-                    cell.robot.restore_snapshot("%s-%s" % (mode, state))
-                    yield Case("%s on %s, %s, %s, %s dialect, %s" % (text, port, arm, mode, dialect, state), expected,
-                               cell.accepts(port, text),
-                               permissions.sentence(text, port, mode, state, arm, dialect))
+    for emulator, arm, dialect in robots(binary, "--serial-host-tcp", "127.0.0.1:0", "--serial-com1-tcp", "127.0.0.1:0"):
+        cell = Cell(emulator, arm, dialect)
+        texts = list(commands(arm))
+        for _ in range(count // 4):
+            (mode, state), text, port = draw.choice(cell.states), draw.choice(texts), draw.choice(permissions.PORTS)
+            expected = permissions.accepted(text, port, mode, state, arm, dialect)
+            if expected is None:
+                continue
+            cell.robot.restore_snapshot("%s-%s" % (mode, state))
+            yield Case("%s on %s, %s, %s, %s dialect, %s" % (text, port, arm, mode, dialect, state), expected,
+                       cell.accepts(port, text),
+                       permissions.sentence(text, port, mode, state, arm, dialect))
 
 
 def plant_canary():

@@ -7,7 +7,7 @@ import struct
 import alarms
 import permissions
 import total_status
-from link import ARMS, ETX, QUIET, STEPPED, Asking, Case, Emulator, Failed, turn
+from link import ETX, Asking, Case, Failed, robots, turn
 
 LAYOUT = "our manual, 5.3.3 FL (5), sf-layout.tsv; SCARA: S23; alarms D6; system outputs SF-38, SF-39"
 INPUTS = [*range(1, 65), *range(101, 165), *range(201, 217), *range(233, 249), 262, 263]
@@ -230,26 +230,24 @@ class Walk:
 
 
 def cases(binary, draw, count):
-    for arm, flags in ARMS.items():
-        for dialect in ("field", "manual"):
-            with Emulator(binary, *QUIET, *STEPPED, *flags, "--dialect", dialect) as emulator:
-                walk = Walk(emulator, arm, dialect, draw)
-                for _ in range(count // 4):
-                    done = "%s, %s dialect, after %s" % (arm, dialect, ", ".join(walk.step() for _ in range(draw.randint(1, 5))))
-                    expected, found = walk.total()
-                    difference = total_status.difference(arm, expected, found)
-                    yield Case("SF, " + done, {name: pair[0] for name, pair in difference.items()},
-                               {name: pair[1] for name, pair in difference.items()}, LAYOUT)
-                    if draw.random() < 0.4:
-                        expected, found = walk.status()
-                        yield Case("SU, " + done, expected, found, "our manual, 5.3.3 FL (3); decisions.md D5")
-                    if draw.random() < 0.3 and permissions.served("IO,1", arm, dialect):
-                        body = walk.host.binary("IO,1", 80, ETX)
-                        mask = bytearray(80)
-                        mask[62:64] = struct.pack(">H", total_status.hidden_outputs(walk.facts))
-                        found = bytes(byte & ~hidden for byte, hidden in zip(body, mask)).hex(" ", 2)
-                        yield Case("IO, " + done, total_status.io_body(walk.facts).hex(" ", 2), found,
-                                   "STE 80722 pages 132 to 151 (S27, S97): 20 input words, then 20 output words")
+    for emulator, arm, dialect in robots(binary):
+        walk = Walk(emulator, arm, dialect, draw)
+        for _ in range(count // 4):
+            done = "%s, %s dialect, after %s" % (arm, dialect, ", ".join(walk.step() for _ in range(draw.randint(1, 5))))
+            expected, found = walk.total()
+            difference = total_status.difference(arm, expected, found)
+            yield Case("SF, " + done, {name: pair[0] for name, pair in difference.items()},
+                       {name: pair[1] for name, pair in difference.items()}, LAYOUT)
+            if draw.random() < 0.4:
+                expected, found = walk.status()
+                yield Case("SU, " + done, expected, found, "our manual, 5.3.3 FL (3); decisions.md D5")
+            if draw.random() < 0.3 and permissions.served("IO,1", arm, dialect):
+                body = walk.host.binary("IO,1", 80, ETX)
+                mask = bytearray(80)
+                mask[62:64] = struct.pack(">H", total_status.hidden_outputs(walk.facts))
+                found = bytes(byte & ~hidden for byte, hidden in zip(body, mask)).hex(" ", 2)
+                yield Case("IO, " + done, total_status.io_body(walk.facts).hex(" ", 2), found,
+                           "STE 80722 pages 132 to 151 (S27, S97): 20 input words, then 20 output words")
 
 
 def plant_canary():

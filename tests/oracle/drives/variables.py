@@ -2,7 +2,7 @@
 of the file back."""
 
 import variables
-from link import ARMS, QUIET, STEPPED, Asking, Case, Emulator, Failed
+from link import Asking, Case, Failed, robots
 from printing import Real
 
 RULE = "our manual 5.3.3: MR, MW, FL (7); MR-01 to MR-05, CMD-MR-*, CMD-MW-*"
@@ -39,32 +39,30 @@ def values(draw, arm, code, count):
 
 
 def cases(binary, draw, count):
-    for arm, flags in ARMS.items():
-        for dialect in ("field", "manual"):
-            with Emulator(binary, *QUIET, *STEPPED, *flags, "--dialect", dialect) as emulator:
-                host, facts = Asking(emulator.address("ip0")), memory(arm)
-                emulator.robot.files["P"] = program(arm)
-                if host.ask("SL,P") != "OK":
-                    raise Failed("SL,P is answered OK\n%s" % program(arm))
-                for _ in range(count // 4):
-                    if draw.random() < 0.03:
-                        facts.reset()
-                        if host.ask("RS,PRG") != "OK":
-                            raise Failed("RS,PRG is answered OK")
-                    name = draw.choice(NAMES if draw.random() < 0.92 else WRONG)
-                    kind = facts.now[name][0] if name in facts.now else variables.INTEGER
-                    code = kind if draw.random() < 0.9 else draw.choice(range(5))
-                    spelled = name.lower() if draw.random() < 0.1 else name
-                    if draw.random() < 0.6:
-                        code = variables.UNCLARIFIED if draw.random() < 0.1 else code
-                        text, expected = "MR,%s %d" % (spelled, code), facts.read(spelled, code)
-                    else:
-                        flag = draw.choice((0, 0, 0, 0, 1, 1, 2))
-                        wanted = variables.COUNTS[arm][code]
-                        data = values(draw, arm, code, wanted if draw.random() < 0.9 else draw.choice((wanted - 1, wanted + 1)) or 2)
-                        text = "MW,%d %s %d %s" % (flag, spelled, code, " ".join(data))
-                        expected = facts.write(flag, spelled, code, data)
-                    yield Case("%s, %s, %s dialect" % (text, arm, dialect), expected, host.ask(text), RULE)
+    for emulator, arm, dialect in robots(binary):
+        host, facts = Asking(emulator.address("ip0")), memory(arm)
+        emulator.robot.files["P"] = program(arm)
+        if host.ask("SL,P") != "OK":
+            raise Failed("SL,P is answered OK\n%s" % program(arm))
+        for _ in range(count // 4):
+            if draw.random() < 0.03:
+                facts.reset()
+                if host.ask("RS,PRG") != "OK":
+                    raise Failed("RS,PRG is answered OK")
+            name = draw.choice(NAMES if draw.random() < 0.92 else WRONG)
+            kind = facts.now[name][0] if name in facts.now else variables.INTEGER
+            code = kind if draw.random() < 0.9 else draw.choice(range(5))
+            spelled = name.lower() if draw.random() < 0.1 else name
+            if draw.random() < 0.6:
+                code = variables.UNCLARIFIED if draw.random() < 0.1 else code
+                text, expected = "MR,%s %d" % (spelled, code), facts.read(spelled, code)
+            else:
+                flag = draw.choice((0, 0, 0, 0, 1, 1, 2))
+                wanted = variables.COUNTS[arm][code]
+                data = values(draw, arm, code, wanted if draw.random() < 0.9 else draw.choice((wanted - 1, wanted + 1)) or 2)
+                text = "MW,%d %s %d %s" % (flag, spelled, code, " ".join(data))
+                expected = facts.write(flag, spelled, code, data)
+            yield Case("%s, %s, %s dialect" % (text, arm, dialect), expected, host.ask(text), RULE)
 
 
 def plant_canary():
