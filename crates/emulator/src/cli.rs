@@ -185,14 +185,12 @@ fn exit_with_usage_error(error: clap::Error) -> ! {
 
 /// Prints a help or the version, and ends the process.
 fn exit_with_help(help: &clap::Error) -> ! {
-    if !help.use_stderr()
-        && let Err(error) = output::written(help.print())
-    {
-        print_error(format_args!("{error:#}"));
-        std::process::exit(i32::from(exit::UNUSABLE));
-    }
     if help.use_stderr() {
         help.exit();
+    }
+    if let Err(error) = output::written(help.print()) {
+        print_error(format_args!("{error:#}"));
+        std::process::exit(i32::from(exit::UNUSABLE));
     }
     std::process::exit(0)
 }

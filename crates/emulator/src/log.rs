@@ -162,12 +162,10 @@ impl EventLog {
 
     /// Logs an alarm, the first of its number with the command that explains it.
     fn log_alarm(&mut self, t: Time, number: &str, text: &str) {
-        let see = match self.explained.iter().any(|known| known == number) {
-            true => String::new(),
-            false => format!(". See `{}`", ts3100_book::explain_command(number)),
-        };
-        if !see.is_empty() {
+        let mut see = String::new();
+        if !self.explained.iter().any(|known| known == number) {
             self.explained.push(number.to_owned());
+            see = format!(". See `{}`", ts3100_book::explain_command(number));
         }
         warn!(event = "alarm", %t, number, text, "alarm {number} {text}{see}");
     }

@@ -492,7 +492,7 @@ fn shells_get_their_completions() {
     }
 }
 
-/// What a shell gets at a TAB, with this address of the control interface.
+/// The answer that a shell gets at a TAB, with this address of the control interface.
 fn completed(url: &str, words: &[&str]) -> Vec<String> {
     let asked = ts3100(&[])
         .env("TS3100_COMPLETE", "fish")

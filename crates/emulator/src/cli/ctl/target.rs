@@ -101,7 +101,7 @@ impl TargetArgs {
         }
     }
 
-    /// What the robot says to a question; none if it does not answer within this time or refuses.
+    /// The answer of the robot to a question; none if it does not answer within this time or refuses.
     pub fn ask(&self, path: &str, limit: Duration) -> Option<Value> {
         let (path, body) = (path.to_owned(), None);
         let call = Call {
@@ -133,7 +133,7 @@ impl TargetArgs {
 
 /// A flag, or else its variable.
 fn given(flag: Option<&String>, variable: &str) -> Option<String> {
-    // What is not UTF-8 fits no URL, name or token, and is refused as such.
+    // A value that is not UTF-8 fits no URL, name or token, and is refused as such.
     let from_variable = || {
         let value = std::env::var_os(variable).filter(|value| !value.is_empty());
         value.map(|value| value.to_string_lossy().into_owned())
