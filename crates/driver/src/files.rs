@@ -4,6 +4,9 @@
 //! replaces a regular file atomically, through a hidden file beside it, so a reader sees the old or the new content
 //! and never a part. What the content means is up to the caller; the RAM drive's directory is in [`crate::store`].
 
+pub(crate) mod disk;
+
+use disk::{Disk, NewFile, System};
 use std::ffi::OsString;
 use std::fs::{self, File, FileType, Metadata, TryLockError};
 use std::io::{self, Read as _, Write as _};
@@ -160,22 +163,31 @@ pub fn replace_with(path: &Path, write: impl FnOnce(&mut dyn io::Write) -> io::R
     if let Some(mut stream) = standard_stream(path) {
         return write(&mut stream).and_then(|()| stream.flush());
     }
+    replace_on(&System, path, write)
+}
+
+/// As [`replace_with`], of a file.
+pub(crate) fn replace_on(
+    disk: &dyn Disk,
+    path: &Path,
+    write: impl FnOnce(&mut dyn io::Write) -> io::Result<()>,
+) -> io::Result<()> {
     let (place, found) = resolve_target(path)?;
     found.as_ref().map_or(Ok(()), expect_regular)?;
     let beside = unfinished_path(&place, Some(std::process::id()))?;
     let permissions = found.map(|found| found.permissions());
-    write_new(&beside, |file| {
+    write_new(disk, &beside, |file| {
         write(file)?;
         permissions.map_or(Ok(()), |permissions| file.set_permissions(permissions))
     })?;
     // `write_new` has synced the content. So the rename, which is atomic, never puts a name on content that is not on
     // the disk yet.
-    let placed = fs::rename(&beside, &place);
+    let placed = disk.rename(&beside, &place);
     if placed.is_err() {
         // The first error is the one to report.
-        let _ = fs::remove_file(&beside);
+        let _ = disk.remove(&beside);
     }
-    placed.and_then(|()| sync_directory(directory_of(&place)))
+    placed.and_then(|()| disk.sync_directory(directory_of(&place)))
 }
 
 /// Checks whether [`replace`] could write there, by creating and removing the hidden file. Nothing else changes.
@@ -189,7 +201,7 @@ pub fn check_target(path: &Path) -> io::Result<()> {
     let (place, found) = resolve_target(path)?;
     found.as_ref().map_or(Ok(()), expect_regular)?;
     let beside = unfinished_path(&place, Some(std::process::id()))?;
-    write_new(&beside, |_| Ok(()))?;
+    write_new(&System, &beside, |_| Ok(()))?;
     fs::remove_file(&beside)
 }
 
@@ -258,22 +270,43 @@ pub fn unfinished_path(place: &Path, writer: Option<u32>) -> io::Result<PathBuf>
 }
 
 /// Writes a new file and syncs it to disk. An existing file or link of that name is removed, not followed.
-pub fn write_new(path: &Path, write: impl FnOnce(&mut File) -> io::Result<()>) -> io::Result<()> {
-    remove(path)?;
-    let mut file = File::options().write(true).create_new(true).open(path)?;
-    let written = write(&mut file).and_then(|()| file.sync_all());
+pub(crate) fn write_new(
+    disk: &dyn Disk,
+    path: &Path,
+    write: impl FnOnce(&mut dyn NewFile) -> io::Result<()>,
+) -> io::Result<()> {
+    remove(disk, path)?;
+    let mut file = disk.create_new(path)?;
+    let written = write(file.as_mut()).and_then(|()| file.sync());
     if written.is_err() {
         // The first error is the one to report.
-        let _ = fs::remove_file(path);
+        let _ = disk.remove(path);
     }
     written
 }
 
 /// Removes a file or link, if there is one.
-pub(crate) fn remove(path: &Path) -> io::Result<()> {
-    match fs::remove_file(path) {
+pub(crate) fn remove(disk: &dyn Disk, path: &Path) -> io::Result<()> {
+    match disk.remove(path) {
         Err(error) if error.kind() == io::ErrorKind::NotFound => Ok(()),
         removed => removed,
+    }
+}
+
+/// Creates a directory with those above it that are missing, so that it survives a loss of power: the entry of each is
+/// synced. An existing directory is left as it is.
+pub(crate) fn make_directories(disk: &dyn Disk, path: &Path) -> io::Result<()> {
+    if path.is_dir() {
+        return Ok(());
+    }
+    let above = directory_of(path);
+    if above != path {
+        make_directories(disk, above)?;
+    }
+    match disk.create_directory(path) {
+        // Another process may have made it meanwhile.
+        Err(error) if error.kind() == io::ErrorKind::AlreadyExists && path.is_dir() => Ok(()),
+        made => made.and_then(|()| disk.sync_directory(above)),
     }
 }
 
@@ -303,15 +336,6 @@ pub(crate) fn lock(path: &Path) -> io::Result<Option<File>> {
         Err(TryLockError::WouldBlock) => Ok(None),
         Err(TryLockError::Error(error)) => Err(error),
     }
-}
-
-/// Syncs the entries of a directory to disk.
-pub fn sync_directory(path: &Path) -> io::Result<()> {
-    // A directory can be opened and synced on Unix only; elsewhere the rename has to suffice.
-    if cfg!(unix) {
-        File::open(path)?.sync_all()?;
-    }
-    Ok(())
 }
 
 #[cfg(test)]

@@ -8,13 +8,13 @@
 pub mod backing;
 mod history;
 
+use crate::files::disk::{Disk, System};
 use crate::files::{self, PathError, UNFINISHED_SUFFIX, cannot};
 use crate::pc_file::{self, drive_name};
 use std::collections::{BTreeMap, BTreeSet, VecDeque};
 use std::ffi::OsString;
 use std::fs::{self, File};
 use std::io;
-use std::io::Write as _;
 use std::path::{Path, PathBuf};
 use ts3100_controller::alarm::Alarm;
 use ts3100_controller::limits;
@@ -75,6 +75,7 @@ impl StoreError {
 /// An open backing directory, locked until it is dropped.
 #[derive(Debug)]
 pub struct Store {
+    disk: Box<dyn Disk>,
     directory: PathBuf,
     /// The directory itself, to notice that its name now refers to another one. Unix only.
     handle: Option<File>,
@@ -103,13 +104,23 @@ impl Store {
     /// The system's, [`StoreError::InUse`], and [`StoreError::NotADriveFile`] for two files with one name on the drive, or
     /// one file too many.
     pub fn open(directory: &Path, line_end: LineEnd) -> Result<(Store, StoredFiles), StoreError> {
-        fs::create_dir_all(directory).map_err(cannot("make the directory", directory))?;
+        Store::open_on(Box::new(System), directory, line_end)
+    }
+
+    /// As [`Store::open`], writing to this disk.
+    fn open_on(
+        disk: Box<dyn Disk>,
+        directory: &Path,
+        line_end: LineEnd,
+    ) -> Result<(Store, StoredFiles), StoreError> {
+        files::make_directories(disk.as_ref(), directory).map_err(cannot("make the directory", directory))?;
         let lock_file = directory.join(LOCK);
         let Some(lock) = files::lock(&lock_file).map_err(cannot("lock", &lock_file))? else {
             let path = directory.to_path_buf();
             return Err(StoreError::InUse { path });
         };
         let mut store = Store {
+            disk,
             directory: directory.to_path_buf(),
             handle: cfg!(unix)
                 .then(|| File::open(directory))
@@ -164,7 +175,9 @@ impl Store {
         if text.starts_with('.') {
             if text.ends_with(UNFINISHED_SUFFIX) {
                 // Its write was never confirmed to a host. The lock is held, so nobody else is writing it.
-                fs::remove_file(&path).map_err(cannot("remove the unfinished file", &path))?;
+                self.disk
+                    .remove(&path)
+                    .map_err(cannot("remove the unfinished file", &path))?;
             }
             return Ok(None);
         }
@@ -240,7 +253,9 @@ impl Store {
             && previous != name
         {
             let path = self.directory.join(previous);
-            fs::rename(&path, &place).map_err(cannot("rename", &path))?;
+            self.disk.rename(&path, &place).map_err(cannot("rename", &path))?;
+            // Without it, a loss of power could undo this rename and not the next: both names would be there.
+            self.sync()?;
         }
         self.put_in_place(&unfinished, &place)?;
         self.files.insert(name.to_owned(), OsString::from(name));
@@ -257,7 +272,9 @@ impl Store {
         // The content is on the disk before it gets its name (`files::write_new` syncs it): after a loss of power the
         // name has the old content or the new one. The answer to the host waits for the directory too, else the rename
         // could be lost.
-        fs::rename(unfinished, place).map_err(cannot("put in place", place))?;
+        self.disk
+            .rename(unfinished, place)
+            .map_err(cannot("put in place", place))?;
         self.sync()
     }
 
@@ -267,7 +284,8 @@ impl Store {
         let place = self.directory.join(name);
         // The lock says that nobody else writes here, so the name may be the same each time.
         let unfinished = files::unfinished_path(&place, None).map_err(cannot("write", &place))?;
-        files::write_new(&unfinished, |file| file.write_all(content)).map_err(cannot("write", &place))?;
+        files::write_new(self.disk.as_ref(), &unfinished, |file| file.write_all(content))
+            .map_err(cannot("write", &place))?;
         Ok(unfinished)
     }
 
@@ -281,7 +299,7 @@ impl Store {
             return Ok(());
         };
         let path = self.directory.join(actual);
-        files::remove(&path).map_err(cannot("remove", &path))?;
+        files::remove(self.disk.as_ref(), &path).map_err(cannot("remove", &path))?;
         self.files.remove(name);
         self.sync()
     }
@@ -315,10 +333,8 @@ impl Store {
     }
 
     fn sync(&self) -> Result<(), StoreError> {
-        if let Some(opened) = &self.handle {
-            opened.sync_all().map_err(cannot("sync", &self.directory))?;
-        }
-        Ok(())
+        let synced = self.disk.sync_directory(&self.directory);
+        Ok(synced.map_err(cannot("sync", &self.directory))?)
     }
 }
 

@@ -1,5 +1,7 @@
 //! Tests of the backing directory.
 
+mod power_loss;
+
 use super::*;
 use crate::testing::TempDir;
 use ts3100_controller::alarm::{ALARMS, AlarmCode};

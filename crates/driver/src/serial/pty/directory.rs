@@ -2,6 +2,7 @@
 //! a time.
 
 use super::super::{SerialError, io_error};
+use crate::files::disk::System;
 use crate::files::{self, directory_of};
 use std::collections::BTreeMap;
 use std::fs::{self, File};
@@ -69,7 +70,7 @@ impl Link {
     /// Points the link elsewhere, with no moment at which there is no link.
     pub(super) fn point_to(&mut self, target: &Path) -> io::Result<()> {
         let unfinished = files::unfinished_path(&self.path, None)?;
-        files::remove(&unfinished)?;
+        files::remove(&System, &unfinished)?;
         symlink(target, &unfinished)?;
         fs::rename(&unfinished, &self.path)?;
         self.target = target.to_path_buf();
