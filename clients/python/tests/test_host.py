@@ -152,7 +152,7 @@ def test_status_of_a_six_axis_arm(robot: Robot, connect: Connect) -> None:
     assert (total.servo_on, total.emergency_stop, total.alarms, total.master_mode) == (False, False, ("2-046",), 3)
     assert total.joints == pytest.approx((0, 10, 130, 0, 40, 0, 0, 0))
     assert total.world[:3] == pytest.approx((408.509, 0, 293.282), abs=0.001)
-    assert host.alarms() == [AlarmRecord("2-046", "Invalid channel: line 12", datetime(2014, 2, 6))]
+    assert host.alarms() == [AlarmRecord("2-046", "Invalid Channel: line 12", datetime(2014, 2, 6))]
     assert host.alarm_history() == host.alarms()
     assert host.error_history() == [AlarmRecord("2-046", "", datetime(2014, 2, 6))]
     assert host.position(Frame.WORLD) == Position((408.509, 0, 293.282, 0, 0, 0, 0, 0), "11111")

@@ -255,7 +255,7 @@ def test_lines(robot: Robot) -> None:
 def test_alarms_faults_and_findings(robot: Robot) -> None:
     robot.raise_alarm("2-046", "line 12")
     (alarm,) = robot.alarms
-    assert (alarm.number, alarm.level, alarm.text) == ("2-046", 2, "Invalid channel: line 12") and alarm.remedy
+    assert (alarm.number, alarm.level, alarm.text) == ("2-046", 2, "Invalid Channel: line 12") and alarm.remedy
     robot.reset_alarms()
     assert robot.alarms == [] and [alarm.number for alarm in robot.alarm_history] == ["2-046"]
     fault = robot.arm_fault("ng:command=SU")

@@ -84,7 +84,7 @@ alarms! {
     INVALID_RANGE = L8 35 Inferred "Point Invalid of Range",
         "The target, or a point of the path to it, cannot be reached by the arm.",
         "Correct the position, the tool, or the work coordinate system. Reset the alarm, turn servo power on.";
-    INVALID_CHANNEL = L2 46 Observed "Invalid channel",
+    INVALID_CHANNEL = L2 46 Observed "Invalid Channel",
         "PRINT or INPUT on a channel without a peer, or INPUT received something that is not a number.",
         "Connect the peer before the program reaches the statement. Send numbers, commas and CR only.";
     OUT_OF_REACH = L4 101 Ours "Position out of reach",

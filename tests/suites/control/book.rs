@@ -73,7 +73,7 @@ fn every_page_is_reached_and_every_link_leads_somewhere() {
 fn codes_and_words_are_found() {
     let robot = Bench::start(builder());
     for (path, status, words) in [
-        (explain_path("2-046"), 200, "Invalid channel."),
+        (explain_path("2-046"), 200, "Invalid Channel."),
         (explain_path("E0101"), 200, "id=\"unexpected-token\""),
         (explain_path("no-sxt"), 404, "did you mean `no-stx`"),
         ("/book/?search=feed+hold".to_owned(), 200, "feed hold"),
