@@ -1,25 +1,23 @@
 #!/usr/bin/env python3
-"""What must not be lost or overwritten: files on a disk that is full, read-only, removed or replaced, files at a kill
--9, and what stands where a report or a snapshot is to be written.
+"""What must not be lost or overwritten: files on a disk that is full, read-only, removed or replaced, and what stands where a
+report or a snapshot is to be written. Files at a kill -9 are in `crash`.
 
-    python3 tests/system/hosts/storage.py --serve target/release/ts3100 [--rounds 50]
+    python3 tests/system/hosts/storage.py --serve target/release/ts3100
 
 The disk is a tmpfs of 1 MB in a mount namespace of its own: that needs root, or user namespaces."""
 
 import os
-import random
 import resource
 import shutil
 import stat
 import subprocess
 import sys
 import tempfile
-import threading
 
 sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "lib"))
 from emulator import Emulator  # noqa: E402
 from steps import Failed, equal, ok, program, serving, true  # noqa: E402
-from wire import EOF, ETX, Host  # noqa: E402
+from wire import Fast  # noqa: E402
 
 # Set in the process that has a mount namespace of its own.
 INSIDE = "TS3100_TEST_DISK_INSIDE"
@@ -89,28 +87,6 @@ def read(path):
             return file.read()
     except FileNotFoundError:
         return None
-
-
-class Fast(Host):
-    """A host that does not wait the advised 50 ms."""
-
-    def text(self, data):
-        self.raw(self.stx + data + ETX)
-
-    def load(self, name, content):
-        """DL: the answer to its last text."""
-        self.command(b"DL," + name)
-        whole = b"FL," + content + EOF
-        answer = b""
-        for at in range(0, len(whole), 253):
-            self.text(whole[at:at + 253])
-            answer = self.reply()
-            if answer != b"OK\r":
-                break
-        return answer.rstrip(b"\r")
-
-    def answer(self, command):
-        return self.ask(command).rstrip(b"\r")
 
 
 class Stored(Emulator):
@@ -256,54 +232,6 @@ def replaced(binary):
     shutil.rmtree(folder)
 
 
-def kills(binary, rounds):
-    """kill -9 while files are downloaded: whole or old, and never older than what was answered OK."""
-    folder = tempfile.mkdtemp(prefix="ts3100-")
-    drive = os.path.join(folder, "drive")
-    dice = random.Random(1)
-    version, inside, kept_all = 0, 0, 0
-    try:
-        for number in range(1, rounds + 1):
-            robot = Stored(binary, drive)
-            kept = begun = version
-            killer = threading.Timer(dice.uniform(0.005, 0.1), robot.process.kill)
-            killer.start()
-            try:
-                while True:
-                    begun += 1
-                    if robot.host.load(b"P", marked(begun)) != b"OK":
-                        raise Failed("round %d: version %d is answered OK" % (number, begun))
-                    kept = begun
-            except OSError:
-                pass
-            except Failed as error:
-                # The connection of a killed robot is closed.
-                if "closed after" not in str(error):
-                    raise
-            killer.join()
-            robot.kill()
-            found = read(os.path.join(drive, "P"))
-            allowed = {marked(which): which for which in (kept, begun) if which}
-            if found not in allowed and not (found is None and kept == 0):
-                raise Failed("round %d: P is version %d or %d, whole\n     found    %r" % (number, kept, begun, found))
-            inside += begun > kept
-            kept_all += kept - version
-            version = allowed.get(found, 0)
-        robot = Stored(binary, drive)
-        robot.stop()
-        left = [name for name in os.listdir(drive) if name.endswith(".unfinished")]
-        equal("nothing half is left", [], left)
-        true("%d kills, %d in the middle of a download, after %d answered OK" % (rounds, inside, kept_all),
-             inside > rounds // 2 and kept_all > rounds, (inside, kept_all))
-    finally:
-        shutil.rmtree(folder)
-
-
-def marked(version):
-    """A program that is another one throughout for each version."""
-    return b"PROGRAM P\n%sEND\n" % (b"REMARK version %d\n" % version * 120)
-
-
 def limited():
     resource.setrlimit(resource.RLIMIT_AS, (MEMORY, MEMORY))
 
@@ -390,14 +318,12 @@ def enter(arguments):
 
 
 def main():
-    parser = serving(__doc__)
-    parser.add_argument("--rounds", type=int, default=50, help="kills (default 50)")
-    arguments = parser.parse_args()
+    arguments = serving(__doc__).parse_args()
     if INSIDE not in os.environ:
         return enter(sys.argv[1:])
     for part in (refuse, memory, replaced, targets, inputs):
         part(arguments.serve)
-    return kills(arguments.serve, arguments.rounds)
+    return 0
 
 
 if __name__ == "__main__":
