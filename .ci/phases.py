@@ -233,6 +233,16 @@ def hosts():
         run(*serving("hosts/" + name))
 
 
+def trust():
+    """the rules of the manual against a second opinion, kill -9 over all that is written, and a planted defect that each must find"""
+    def opinion(*words):
+        return [sys.executable, "tests/oracle/compare.py", "--serve", dist(), *words]
+    together(second_opinion=opinion(), canaries=opinion("--canary", "all"))
+    # Counts on the processor: what comes in the middle of a change depends on its speed.
+    run(*serving("hosts/crash"))
+    run(*serving("hosts/crash", "--canary"))
+
+
 def control():
     """the control interface and its document, many robots, reports, assistants, and the pages in a browser"""
     packages("chromium:chromium")
@@ -300,7 +310,7 @@ def quick():
              whole_job_terminals=day("--commands", "terminal", "--talk", "com1-terminal"))
 
 
-PHASES = {phase.__name__: phase for phase in (source, tests, build, fuzzing, documents, control, clients, release, hosts, figures)}
+PHASES = {phase.__name__: phase for phase in (source, tests, build, fuzzing, documents, control, clients, release, hosts, trust, figures)}
 ALONE = {"quick": quick, "lints": lints}
 
 

@@ -28,6 +28,10 @@ class Emulator(emulator.Emulator):
         with contextlib.redirect_stdout(io.StringIO()):
             super().stop(*arguments, **more)
 
+    def __exit__(self, failure, *more):
+        # Cases that are no longer asked for are no failure.
+        super().__exit__(None if failure is GeneratorExit else failure, *more)
+
 
 def robots(binary, *more):
     """A robot of each arm in each dialect, one after the other: the emulator, its arm and its dialect."""
