@@ -22,7 +22,7 @@ from link import Failed  # noqa: E402
 
 # Part, and its number of cases without --cases.
 PARTS = {"permissions": 1500, "total_status": 300, "alarms": 200, "printing": 1500, "records": 800, "text_end": 500, "events": 500,
-         "variables": 2000, "lines": 1000}
+         "variables": 2000, "lines": 1000, "motion": 600}
 SHOWN = 10
 
 
