@@ -3,7 +3,7 @@
 //! Layouts have unit tests in `ts3100-proto`.
 
 use std::time::Duration;
-use ts3100_controller::{Action, Controller, Dialect, Input, IoKind, PanelAction, Port};
+use ts3100_controller::{Action, Config, Controller, Dialect, Input, IoKind, PanelAction, Port};
 use ts3100_tests::{Robot, notation};
 
 fn idle() -> Robot {
@@ -342,4 +342,18 @@ fn the_directory() {
         text.starts_with("ABC 14\r") && text.ends_with("ZED 14\r"),
         "{text:?}"
     );
+}
+
+// clause: SF-02
+#[test]
+fn legal_variation_leaves_the_texts_of_sf_as_long_as_hosts_expect_them() {
+    for seed in 0..8 {
+        let mut config = Config::new(Dialect::Manual);
+        config.vary = Some(seed);
+        let mut robot = Robot::with(config);
+        robot.connect(Port::Ip0);
+        robot.send(Port::Ip0, b"SF\r");
+        robot.advance_ms(1_000);
+        assert_eq!(robot.received(Port::Ip0).len(), 255, "seed {seed}");
+    }
 }

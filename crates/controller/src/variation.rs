@@ -44,7 +44,7 @@ pub const VARIATIONS: &[VariationRule] = &[
     },
     VariationRule {
         name: "text-cuts",
-        summary: "A file that needs several texts is cut anywhere: texts of 128 to 253 data bytes",
+        summary: "A file that needs several texts is cut anywhere: texts of 128 to 253 data bytes; not that of SF, which is read by length",
         source: "Texts have at most 253 data bytes; the manual does not fill them",
     },
     VariationRule {

@@ -59,7 +59,10 @@ impl Endpoints {
             Outcome::Ok | Outcome::Change(_) => self.acknowledge(context, port),
             Outcome::Ng(reason) => self.refuse_text(context, port, command.letters(), &reason),
             Outcome::File(mut sender) => {
-                self.cut(&mut sender);
+                // Its bytes may be any, so a host reads SF by the lengths of its texts (SF-02).
+                if command.letters() != "SF" {
+                    self.cut(&mut sender);
+                }
                 let Some(text) = sender.next_text() else { return };
                 // Before the text leaves: a fault may be set for block 1.
                 self.session(port).block = 1;
