@@ -13,6 +13,7 @@ use crate::signals::{LINE_NUMBERS, Signals};
 use crate::text_form::{single_word, split};
 use core::fmt;
 use core::str::FromStr;
+use ts3100_proto::command::COMMANDS;
 use ts3100_proto::escape::{self, EscapeError, Escaped};
 use ts3100_proto::status::ExecutionStatus;
 use ts3100_proto::words::{UnexpectedWord, Word as _, did_you_mean_or};
@@ -131,8 +132,8 @@ impl FromStr for Condition {
         }
         read(name, rest).map_err(|wrong| {
             let (words, reason) = (words.to_string(), wrong.to_string());
-            // A question for the word that was meant is remedy enough.
-            let remedy = match reason.ends_with('?') {
+            // The word that was meant, or the list of words, is remedy enough.
+            let remedy = match reason.ends_with('?') || reason.contains("; ") {
                 true => String::new(),
                 false => format!("; write {}", forms.join(" or ")),
             };
@@ -147,7 +148,7 @@ impl FromStr for Condition {
 
 fn read(name: &str, rest: &str) -> ReadResult<Condition> {
     Ok(match name {
-        "command" => Condition::Command(text(rest)?),
+        "command" => Condition::Command(command(rest)?),
         "answer" => Condition::Answer(text(rest)?),
         "refused" => Condition::Refused(single_word("the letters of a command", rest)?),
         "printed" => printed(rest)?,
@@ -234,6 +235,33 @@ fn text(words: &str) -> ReadResult<Vec<u8>> {
     Ok(escape::parse(words)?)
 }
 
+/// A text that a host may send: it begins with the letters of a command, which may be cut short. A wait for any other would
+/// never end, because the letters are mistyped; `refused` waits for those that no controller knows.
+fn command(words: &str) -> ReadResult<Vec<u8>> {
+    let text = text(words)?;
+    let end = text.iter().position(|byte| !byte.is_ascii_alphanumeric());
+    let (letters, rest) = text.split_at(end.unwrap_or(text.len()));
+    let is_command = |known: &str| match rest.is_empty() {
+        true => starts_with(known.as_bytes(), letters),
+        false => known.as_bytes().eq_ignore_ascii_case(letters),
+    };
+    let known = || COMMANDS.iter().map(|row| row.letters);
+    if letters.is_empty() || known().any(is_command) {
+        return Ok(text);
+    }
+    let letters = String::from_utf8_lossy(letters);
+    let page = "; `ts3100 docs commands` lists every command";
+    let hint = did_you_mean_or(&letters, known(), page);
+    Err(UnexpectedWord::new("the letters of a command", &letters)
+        .hinting(hint)
+        .into())
+}
+
+fn starts_with(word: &[u8], beginning: &[u8]) -> bool {
+    word.get(..beginning.len())
+        .is_some_and(|word| word.eq_ignore_ascii_case(beginning))
+}
+
 fn port(word: &str) -> ReadResult<Port> {
     let port = Port::from_word(&word.to_uppercase());
     Ok(port.ok_or_else(|| UnexpectedWord::new("HOST, COM1, IP0, IP1, IP2 or IP3", word))?)
@@ -284,7 +312,14 @@ mod tests {
 
     #[test]
     fn every_condition_reads_back_as_it_was_written() {
-        let more = ["printed TP X Y", "command <STX>A<3C>", "selected none"];
+        let more = [
+            "printed TP X Y",
+            "command <STX>A<3C>",
+            "command S",
+            "command su",
+            "command ok",
+            "selected none",
+        ];
         for words in CONDITION_FORMS.iter().map(|row| row.example).chain(more) {
             let condition: Condition = words.parse().unwrap();
             assert_eq!(condition.to_string(), words);
@@ -341,6 +376,14 @@ mod tests {
                 "expected the channel COM1, IP1 or IP2, found `IP0`",
             ),
             ("command <CR", "no > after <CR"),
+            (
+                "command QQ",
+                "cannot read the condition `command QQ`: expected the letters of a command, found `QQ`; \
+                 `ts3100 docs commands` lists every command",
+            ),
+            ("command US", "found `US`; did you mean `SU`?"),
+            ("command SUX", "found `SUX`"),
+            ("command D,MOVE", "found `D`"),
             (
                 "finding no-cR",
                 "cannot read the condition `finding no-cR`: expected the name of a rule, found `no-cR`; did you mean `no-cr`?",
