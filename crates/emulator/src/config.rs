@@ -18,7 +18,7 @@ pub mod schema;
 mod seed;
 mod serial;
 
-pub use args::{FileArgs, ListenAt, ServeArgs};
+pub use args::{FileArgs, ListenAt, Places, ServeArgs};
 pub use error::ConfigError;
 pub use flag_group::{Flag, Mark};
 pub use layers::{Environment, environment, read, read_points};
@@ -62,6 +62,8 @@ pub struct Settings {
     pub files: FileArgs,
     /// Files of the drive given by name and content, loaded after those of [`Settings::files`].
     pub contents: Vec<(String, Vec<u8>)>,
+    /// Where the configuration file names the files and the selection, if it does.
+    pub places: Places,
     /// Servo power on at the start.
     pub servo_on: bool,
     /// Faults that are armed from the start.
@@ -98,6 +100,7 @@ impl Settings {
             time_gap: TimeGap::default(),
             files: FileArgs::default(),
             contents: Vec::new(),
+            places: Places::new(),
             servo_on: false,
             faults: Vec::new(),
             restored_as: None,
@@ -124,7 +127,10 @@ impl Settings {
             options::set_pair(&mut controller.options, &mut links, pair)?;
         }
         if let Some(model) = &args.robot.model {
-            controller.model = model.read()?;
+            controller.model = model.read().map_err(|reason| match args.places.get("model") {
+                Some(place) => ConfigError::invalid(place, reason),
+                None => reason,
+            })?;
         }
         if let Some(path) = &args.files.points {
             controller.points = layers::read_points(path, controller.model.language())?;
@@ -177,6 +183,7 @@ impl Settings {
             flags: controller_flags(&args),
             record_lines: args.reports.lcov.is_some(),
             files: args.files,
+            places: args.places,
             junit: args.scenario.junit,
             reports: args.reports,
             ..defaults
@@ -254,6 +261,9 @@ const SCARA_MODEL: &str = "tsl3000-thl400";
 /// Fills in files, selection and snapshot from the start section of the scenario.
 fn with_scenario_start(mut args: ServeArgs, scenario: Option<&Scenario>) -> ServeArgs {
     if let Some(Scenario { start, .. }) = scenario {
+        if !start.load.is_empty() {
+            args.places.remove("load");
+        }
         args.files.load.extend(start.load.iter().cloned());
         args.files.select = args.files.select.or_else(|| start.select.clone());
         args.files.restore = args.files.restore.or_else(|| start.restore.clone());

@@ -55,6 +55,14 @@ pub enum StartError {
         /// How to get an example program, as the end of the message; may be empty.
         hint: String,
     },
+    /// A value of the configuration file cannot be used.
+    #[error("{place}: {reason}")]
+    Configured {
+        /// The file and the line.
+        place: String,
+        /// Why.
+        reason: Box<StartError>,
+    },
     /// A port or a serial line cannot be opened, or the self-check failed.
     #[error(transparent)]
     Open(#[from] OpenError),
@@ -116,7 +124,7 @@ pub struct PoweredController {
 /// # Errors
 /// A file, the backing directory or a snapshot is refused.
 pub fn power_on(settings: &Settings) -> Result<PoweredController, StartError> {
-    let mut put = pc_files(settings)?;
+    let mut put = pc_files(settings).map_err(|reason| placed(settings, "load", reason))?;
     let line_end = settings.controller.options.line_end;
     let directory = settings.files.drive.as_deref();
     let store = directory.map(|directory| Store::open(directory, line_end));
@@ -143,13 +151,12 @@ pub fn power_on(settings: &Settings) -> Result<PoweredController, StartError> {
         controller = controller.remembering(store.history().iter().cloned());
     }
     for (name, content) in put {
-        controller
-            .put_file(&name, &content)
-            .map_err(cannot_store(&name))?;
+        let stored = controller.put_file(&name, &content).map_err(cannot_store(&name));
+        stored.map_err(|reason| placed(settings, "load", reason))?;
     }
     if let Some(name) = &settings.files.select {
         let selected = controller.select(Time::ZERO, name);
-        selected.map_err(|reason| cannot_select(name, reason))?;
+        selected.map_err(|reason| placed(settings, "select", cannot_select(name, reason)))?;
     }
     if let Some(path) = &settings.files.restore {
         let restored = snapshot::read(path, settings.restored_as.as_deref())?;
@@ -166,6 +173,17 @@ pub fn power_on(settings: &Settings) -> Result<PoweredController, StartError> {
         has_examples: has_examples && settings.files.restore.is_none(),
         restored: remembers || settings.files.restore.is_some(),
     })
+}
+
+/// The error with the line of the configuration file that has the value, if it is there.
+fn placed(settings: &Settings, key: &str, reason: StartError) -> StartError {
+    match settings.places.get(key) {
+        Some(place) => StartError::Configured {
+            place: place.clone(),
+            reason: Box::new(reason),
+        },
+        None => reason,
+    }
 }
 
 fn cannot_select(name: &str, reason: SelectError) -> StartError {

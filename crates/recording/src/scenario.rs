@@ -14,7 +14,7 @@ mod results;
 pub use action::{CHANNEL_ACTIONS, ScenarioAction, ScenarioActionError};
 pub use play::Play;
 pub use progress::{EntryProgress, EntryState, ScenarioProgress, ScenarioState};
-pub use read::{ScenarioError, StepParseError};
+pub use read::{ScenarioError, StepParseError, is_program};
 pub use results::{ScenarioOutcome, Verdict};
 
 use std::path::PathBuf;

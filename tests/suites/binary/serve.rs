@@ -221,6 +221,58 @@ fn what_cannot_be_used_at_the_start_is_refused_with_its_reason() {
 }
 
 #[test]
+fn an_error_in_a_configuration_file_names_its_line() {
+    let directory = TempDir::new("binary");
+    directory.file("tab.scol", "PROGRAM TAB\n\tSPEED = 20\nEND\n");
+    for (content, expected) in [
+        (
+            "servo-on = true\nfault = [\"no-reply:comand=SO\"]\n",
+            ", line 2: fault: ",
+        ),
+        (
+            "servo-on = true\nload = [\"missing.scol\"]\n",
+            ", line 2: cannot read ",
+        ),
+        ("\nload = [\"tab.scol\"]\n", ", line 2: cannot store TAB"),
+        ("\n\nselect = \"ABSENT\"\n", ", line 3: cannot select ABSENT"),
+        ("\nmodel = \"missing.toml\"\n", ", line 2: cannot read "),
+        (
+            "[[robot]]\nnme = \"left\"\n",
+            ", [[robot]] 1: unknown key `nme`; did you mean `name`?",
+        ),
+        (
+            "[[robot]]\nname = \"left\"\n[[wire]]\nform = \"outside.a\"\n",
+            ", [[wire]] 1: unknown key `form`; did you mean `from`?",
+        ),
+        (
+            "[[robot]]\nservo-on = true\n",
+            ", [[robot]] 1: the key `name` is missing",
+        ),
+        (
+            "\nPROGRAM PICK\nEND\n",
+            ": this is a SCOL program, not a configuration: load it with `--load`",
+        ),
+    ] {
+        let config = directory.file("robot.toml", content);
+        let output = run(&["serve", "--ports", "auto", "--config", &config]);
+        let error = stderr(&output);
+        expect_code(&output, 2);
+        assert!(
+            error.contains(&format!("{config}{expected}")),
+            "{content}: {error}"
+        );
+    }
+    // A flag replaces the value of the file, and its error is that of the flag.
+    let config = directory.file("robot.toml", "select = \"ABSENT\"\nload = [\"missing.scol\"]\n");
+    let pick = directory.file("pick.scol", PICK);
+    let words = [
+        "serve", "--ports", "auto", "--config", &config, "--load", &pick, "--select", "NONE",
+    ];
+    let error = stderr(&run(&words));
+    assert!(error.starts_with("error: cannot select NONE: "), "{error}");
+}
+
+#[test]
 fn what_the_system_says_is_said_once() {
     let taken = TcpListener::bind("127.0.0.1:0").unwrap();
     let taken = taken.local_addr().unwrap().to_string();

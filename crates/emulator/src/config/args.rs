@@ -14,6 +14,7 @@ use clap::builder::{
 };
 use clap::error::ErrorKind;
 use clap::{Arg, Args, Command, ValueEnum};
+use std::collections::BTreeMap;
 use std::ffi::{OsStr, OsString};
 use std::fmt;
 use std::net::{IpAddr, SocketAddr, TcpListener, ToSocketAddrs as _};
@@ -74,7 +75,13 @@ pub struct ServeArgs {
     /// The tables `[[wire]]` of the file.
     #[arg(skip)]
     pub wires: Vec<WireTable>,
+    /// Where the file has values that are refused only when they are used.
+    #[arg(skip)]
+    pub places: Places,
 }
+
+/// Places in a configuration file by their keys.
+pub type Places = BTreeMap<&'static str, String>;
 
 flag_group! {
     /// Where the robot listens.
@@ -320,6 +327,16 @@ impl ServeArgs {
         below.variation.fault.append(&mut self.variation.fault);
         below.robot_tables.append(&mut self.robot_tables);
         below.wires.append(&mut self.wires);
+        for (key, is_given) in [
+            ("load", !self.files.load.is_empty()),
+            ("select", self.files.select.is_some()),
+            ("model", self.robot.model.is_some()),
+        ] {
+            if is_given {
+                below.places.remove(key);
+            }
+        }
+        below.places.append(&mut self.places);
         ServeArgs {
             network: self.network.or_below(below.network),
             control_interface: self.control_interface.or_below(below.control_interface),
@@ -333,6 +350,7 @@ impl ServeArgs {
             log: self.log.or_below(below.log),
             robot_tables: below.robot_tables,
             wires: below.wires,
+            places: below.places,
         }
     }
 

@@ -17,14 +17,19 @@ use std::ffi::OsString;
 use std::path::Path;
 use toml::de::DeTable;
 use toml::{Table, Value};
+use ts3100_controller::faults::Fault;
 use ts3100_controller::{Dialect, Options};
 use ts3100_driver::tcp::LinkOptions;
 use ts3100_proto::words::did_you_mean;
+use ts3100_recording::scenario::is_program;
 
 /// Prefix of the environment variables that set flags.
 const PREFIX: &str = "TS3100_";
 /// Deepest nesting of tables under `[options]`; `text.stx` needs two levels.
 const MAX_DEPTH: usize = 4;
+
+/// Keys whose values are refused only when they are used: the places of these are kept.
+const PLACED: [&str; 3] = ["load", "select", "model"];
 
 /// Environment variables by name: those of the process, or those of a test.
 pub type Environment = BTreeMap<OsString, OsString>;
@@ -102,26 +107,38 @@ fn start_of(table: &DeTable<'_>, key: &str) -> Option<usize> {
 
 fn read_file(path: &Path) -> Result<ServeArgs, ConfigError> {
     let text = read_text(path)?;
-    let mut table: Table = text
-        .parse()
-        .map_err(|error| ConfigError::toml(path, &text, &error))?;
+    let mut table: Table = text.parse().map_err(|error| match is_program(&text) {
+        true => ConfigError::invalid(
+            path.display(),
+            "this is a SCOL program, not a configuration: load it with `--load`",
+        ),
+        false => ConfigError::toml(path, &text, &error),
+    })?;
     let robots = fleet_tables(path, &mut table, "robot")?;
     let wires = fleet_tables(path, &mut table, "wire")?;
     let mut merged = read_keys(path, &table, false, |key| place(path, &text, key))?;
+    // An unknown key comes before a missing one: it may be the missing one, misspelled.
     for (origin, mut table) in robots {
-        let name = text_of(&origin, &mut table, "name")?;
-        let args = read_keys(path, &table, true, |_| format!("{origin} ({name})"))?;
+        let name = table.remove("name");
+        let name = name.map(|value| scalar(&origin, "name", &value)).transpose()?;
+        let place = match &name {
+            Some(name) => format!("{origin} ({name})"),
+            None => origin.clone(),
+        };
+        let args = read_keys(path, &table, true, |_| place.clone())?;
+        let name = name.ok_or_else(|| missing_key(&origin, "name"))?;
         merged.robot_tables.push(RobotTable { name, args });
     }
     for (origin, mut table) in wires {
+        let known = ["from", "to"];
+        if let Some(key) = table.keys().find(|key| !known.contains(&key.as_str())) {
+            let hint = did_you_mean(key, known);
+            return Err(ConfigError::invalid(origin, format!("unknown key `{key}`{hint}")));
+        }
         let (from, to) = (
             text_of(&origin, &mut table, "from")?,
             text_of(&origin, &mut table, "to")?,
         );
-        if let Some(key) = table.keys().next() {
-            let hint = did_you_mean(key, ["from", "to"]);
-            return Err(ConfigError::invalid(origin, format!("unknown key `{key}`{hint}")));
-        }
         merged.wires.push(WireTable { origin, from, to });
     }
     Ok(merged)
@@ -149,8 +166,12 @@ fn fleet_tables(path: &Path, table: &mut Table, key: &str) -> Result<Vec<(String
 /// A text that a table must have.
 fn text_of(origin: &str, table: &mut Table, key: &str) -> Result<String, ConfigError> {
     let value = table.remove(key);
-    let value = value.ok_or_else(|| ConfigError::invalid(origin, format!("the key `{key}` is missing")))?;
+    let value = value.ok_or_else(|| missing_key(origin, key))?;
     scalar(origin, key, &value)
+}
+
+fn missing_key(origin: &str, key: &str) -> ConfigError {
+    ConfigError::invalid(origin, format!("the key `{key}` is missing"))
 }
 
 /// Reads the keys of a table of the file.
@@ -200,7 +221,14 @@ fn read_keys(
             .map(|value| scalar(&origin, key, value).map(OsString::from));
         let values: Vec<OsString> = values.collect::<Result<_, ConfigError>>()?;
         let mut args = read_key(&origin, &name, &values)?;
+        for spec in &args.variation.fault {
+            let fault = spec.parse::<Fault>();
+            fault.map_err(|reason| ConfigError::invalid(&origin, format!("{key}: {reason}")))?;
+        }
         args.resolve(path);
+        if let Some(known) = PLACED.into_iter().find(|known| *known == name) {
+            args.places.insert(known, origin);
+        }
         merged = args.with_fallback(merged);
     }
     Ok(merged)

@@ -97,13 +97,16 @@ impl Step {
     }
 }
 
+/// Whether a text that is not TOML is a SCOL program.
+pub fn is_program(text: &str) -> bool {
+    let first = text.lines().map(str::trim).find(|line| !line.is_empty());
+    let word = first.and_then(|line| line.split_whitespace().next());
+    word.is_some_and(|word| SCOL_WORDS.iter().any(|known| known.eq_ignore_ascii_case(word)))
+}
+
 /// The error of the TOML parser, or that the file is a program.
 fn syntax_error(text: &str, error: toml::de::Error) -> TableError {
-    let first = text.lines().map(str::trim).find(|line| !line.is_empty());
-    let word = first
-        .and_then(|line| line.split_whitespace().next())
-        .unwrap_or_default();
-    if SCOL_WORDS.iter().any(|known| known.eq_ignore_ascii_case(word)) {
+    if is_program(text) {
         let reason = "this is a SCOL program, not a scenario: load it with `--load`";
         return TableError(0..0, reason.to_owned());
     }
