@@ -662,6 +662,30 @@ fn a_command_line_that_is_not_understood_says_what_to_type() {
             &["serve", "--findings", "-"],
             "this report has to be a file; ./- is a file of this name",
         ),
+        (
+            &["survey", "127.0.0.1:1", "--out", "-"],
+            "this report has to be a file; ./- is a file of this name",
+        ),
+        (
+            &["survey", "infer", "day.txt", "--out=-"],
+            "this report has to be a file; ./- is a file of this name",
+        ),
+        (
+            &["serve", "--bind", "0.0.0.0"],
+            "unknown flag `--bind`; did you mean `--listen`?",
+        ),
+        (
+            &["exec", "--bind", "0.0.0.0"],
+            "unknown flag `--bind`; did you mean `--listen`?",
+        ),
+        (
+            &["ctl", "time", "stepped"],
+            "unknown command `time`; did you mean `clock`?",
+        ),
+        (
+            &["ctl", "advance", "5"],
+            "unknown command `advance`; did you mean `clock advance`?",
+        ),
     ] {
         let output = run(words);
         let code = if words[0] == "exec" { 125 } else { 2 };

@@ -59,7 +59,7 @@ pub(super) struct SurveyArgs {
     #[command(flatten)]
     target: TargetArgs,
     /// Write the answers to this file
-    #[arg(long, value_name = "FILE")]
+    #[arg(long, value_name = "FILE", value_parser = args::written_file())]
     out: Option<PathBuf>,
 }
 
@@ -86,7 +86,7 @@ enum SurveyCommand {
         /// Recording of `tap` or `serve --transcript`, .txt or .jsonl
         recording: PathBuf,
         /// Write the answers to this file
-        #[arg(long, value_name = "FILE")]
+        #[arg(long, value_name = "FILE", value_parser = args::written_file())]
         out: Option<PathBuf>,
     },
 }

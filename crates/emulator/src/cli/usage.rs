@@ -7,13 +7,15 @@ use std::ffi::OsString;
 use ts3100_proto::words::did_you_mean;
 
 /// Words that people type for others: the command, the word, and the end of the message.
-const HINTS: [(&str, &str, &str); 21] = [
+const HINTS: [(&str, &str, &str); 25] = [
     ("ts3100", "start", "; did you mean `serve`?"),
     ("ts3100", "version", "; did you mean `--version`?"),
     ("serve", "--port", "; did you mean `--port-offset`?"),
     ("exec", "--port", "; did you mean `--port-offset`?"),
     ("serve", "--offset", "; did you mean `--port-offset`?"),
     ("exec", "--offset", "; did you mean `--port-offset`?"),
+    ("serve", "--bind", "; did you mean `--listen`?"),
+    ("exec", "--bind", "; did you mean `--listen`?"),
     (
         "serve",
         "--run-mode",
@@ -26,6 +28,8 @@ const HINTS: [(&str, &str, &str); 21] = [
     ),
     ("ctl", "estop", "; did you mean `emergency-stop`?"),
     ("ctl", "e-stop", "; did you mean `emergency-stop`?"),
+    ("ctl", "time", "; did you mean `clock`?"),
+    ("ctl", "advance", "; did you mean `clock advance`?"),
     ("ctl", "pose", "; did you mean `arm pose`?"),
     ("ctl", "speed", "; did you mean `override`?"),
     ("snapshots", "save", "; did you mean `take`?"),
