@@ -193,7 +193,10 @@ fn files(word: &OsStr, endings: &'static [&'static str]) -> Vec<CompletionCandid
 
 /// Names that a running robot lists there; none if no robot answers.
 fn names(word: &OsStr, path: &str) -> Vec<CompletionCandidate> {
-    let words: Vec<OsString> = std::env::args_os().collect();
+    let mut words: Vec<OsString> = std::env::args_os().collect();
+    if let Some(part) = std::env::var_os(BASH_WORD) {
+        words = rejoined(words, &part);
+    }
     let answer = TargetArgs::of_words(&words).ask(path, ROBOT_TIMEOUT);
     beginning(
         word,
@@ -544,6 +547,11 @@ mod tests {
                 &["t", "--set", "a=re"],
             ),
             (&["t", "--at", "1", ":", "x"], "x", &["t", "--at", "1:x"]),
+            (
+                &["t", "--url", "=", "http", ":", "//a", ":", "1", ""],
+                "",
+                &["t", "--url=http://a:1", ""],
+            ),
         ] {
             let words = words.iter().map(OsString::from).collect();
             assert_eq!(rejoined(words, OsStr::new(part)), expected, "{part}");

@@ -91,8 +91,14 @@ impl TargetArgs {
     /// The target of a command line that is not complete.
     pub fn of_words(words: &[OsString]) -> TargetArgs {
         let value = |flag: &str| {
-            let at = words.iter().position(|word| word == flag)?;
-            Some(words.get(at + 1)?.to_str()?.to_owned())
+            words.iter().enumerate().find_map(|(at, word)| {
+                let rest = word.to_str()?.strip_prefix(flag)?;
+                let value = match rest {
+                    "" => words.get(at + 1)?.to_str()?,
+                    rest => rest.strip_prefix('=')?,
+                };
+                Some(value.to_owned())
+            })
         };
         TargetArgs {
             url: value("--url"),
@@ -226,6 +232,23 @@ mod tests {
             error.contains("process 56") && error.contains("--control off"),
             "{error}"
         );
+    }
+
+    #[test]
+    fn a_target_is_read_in_both_forms_of_a_flag() {
+        let read = |words: &[&str]| {
+            let words: Vec<OsString> = words.iter().map(OsString::from).collect();
+            let TargetArgs { url, robot, token } = TargetArgs::of_words(&words);
+            [url, robot, token].map(Option::unwrap_or_default)
+        };
+        let expected = ["http://a:1", "left", "t"];
+        let apart = ["ctl", "--url", "http://a:1", "--robot", "left", "--token", "t"];
+        assert_eq!(read(&apart), expected);
+        assert_eq!(
+            read(&["ctl", "--url=http://a:1", "--robot=left", "--token=t"]),
+            expected
+        );
+        assert_eq!(read(&["ctl", "--urls=x", "--robot"]), ["", "", ""]);
     }
 
     #[test]
