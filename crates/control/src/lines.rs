@@ -4,6 +4,8 @@
 
 use super::body::Seconds;
 use super::resource::{Answer, Deserialize, Handle, Json, NoBody, Path, Problem, Serialize, View, call};
+use serde::Deserializer;
+use serde::de::Error as _;
 use ts3100_controller::signals::{LINE_NUMBERS, Signals};
 use ts3100_controller::{Action, IoKind, PanelAction, line_name};
 
@@ -85,6 +87,7 @@ fn default_on() -> bool {
 #[serde(transparent)]
 pub struct Din {
     /// Din number
+    #[serde(deserialize_with = "line_number")]
     #[cfg_attr(test, param(minimum = 1, maximum = 464))]
     line: u16,
 }
@@ -95,8 +98,16 @@ pub struct Din {
 #[serde(transparent)]
 pub struct Dout {
     /// Dout number
+    #[serde(deserialize_with = "line_number")]
     #[cfg_attr(test, param(minimum = 1, maximum = 464))]
     line: u16,
+}
+
+/// Reads the number of a line out of a path. Whether the line exists is checked when it is used.
+fn line_number<'de, D: Deserializer<'de>>(deserializer: D) -> Result<u16, D::Error> {
+    let word = String::deserialize(deserializer)?;
+    let expected = || D::Error::custom(format!("expected a line, {LINE_NUMBERS}, found `{word}`"));
+    word.parse().map_err(|_| expected())
 }
 
 impl LineList {

@@ -454,7 +454,7 @@ fn refusals_have_no_words_of_rust() {
             "PUT",
             "/inputs/99999",
             "{\"on\":true}",
-            "path /inputs/99999: expected a whole number from 0 to 65535, found `99999`",
+            "path /inputs/99999: expected a line, 1-64, 101-164, 201-264, 301-364, 401-464, found `99999`",
         ),
         (
             400,
