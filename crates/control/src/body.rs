@@ -3,10 +3,11 @@
 //!
 //! The resource that receives a value checks what it means.
 
+use super::listener::ConnectionInfo;
 use super::problem::Problem;
 use axum::RequestPartsExt as _;
 use axum::body::{Bytes, to_bytes};
-use axum::extract::{self, FromRequest, FromRequestParts, Request};
+use axum::extract::{self, ConnectInfo, FromRequest, FromRequestParts, Request};
 use axum::http::StatusCode;
 use axum::http::header::CONTENT_TYPE;
 use axum::http::request::Parts;
@@ -23,7 +24,9 @@ pub const MAX_BODY: usize = 256 * 1024;
 /// Largest snapshot in bytes. It fits a full RAM drive whose control codes are all escaped.
 pub const MAX_SNAPSHOT: usize = 16 * 1024 * 1024;
 /// Longest time in which a body must arrive.
-const BODY_TIMEOUT: Duration = Duration::from_secs(10);
+const BODY_TIMEOUT: Duration = Duration::from_secs(5);
+/// Longest time in which a snapshot must arrive, which may be large.
+const SNAPSHOT_TIMEOUT: Duration = Duration::from_secs(10);
 /// Longest duration in a call, in seconds; more than three years.
 pub const MAX_SECONDS: f64 = 1e8;
 
@@ -42,10 +45,12 @@ pub struct Path<T>(pub T);
 /// Extracts the query of the URL.
 pub struct Query<T>(pub T);
 
-async fn read(request: Request, most: usize) -> Result<Bytes, Problem> {
-    let read = timeout(BODY_TIMEOUT, to_bytes(request.into_body(), most)).await;
+async fn read(request: Request, most: usize, limit: Duration) -> Result<Bytes, Problem> {
+    let connection = request.extensions().get::<ConnectInfo<ConnectionInfo>>();
+    let _owed = connection.map(|ConnectInfo(connection)| connection.begin_body());
+    let read = timeout(limit, to_bytes(request.into_body(), most)).await;
     let read = read.map_err(|_| {
-        let limit = BODY_TIMEOUT.as_secs();
+        let limit = limit.as_secs();
         let reason = format!("cannot read the request body: it did not arrive within {limit} s");
         Problem::new(StatusCode::REQUEST_TIMEOUT, reason).at("body")
     })?;
@@ -59,7 +64,7 @@ impl<S: Send + Sync, T: DeserializeOwned> FromRequest<S> for Json<T> {
     type Rejection = Problem;
 
     async fn from_request(request: Request, _: &S) -> Result<Json<T>, Problem> {
-        let bytes = read(request, MAX_BODY).await?;
+        let bytes = read(request, MAX_BODY, BODY_TIMEOUT).await?;
         // Where every field may be left out, so may the object.
         if matches!(bytes.trim_ascii(), b"" | b"null")
             && let Ok(defaults) = serde_json::from_slice(b"{}")
@@ -134,7 +139,7 @@ impl<S: Send + Sync> FromRequest<S> for SnapshotText {
     type Rejection = Problem;
 
     async fn from_request(request: Request, _: &S) -> Result<SnapshotText, Problem> {
-        let bytes = read(request, MAX_SNAPSHOT).await?;
+        let bytes = read(request, MAX_SNAPSHOT, SNAPSHOT_TIMEOUT).await?;
         let text = String::from_utf8(bytes.into());
         text.map(SnapshotText).map_err(|error| {
             let place = error.utf8_error().valid_up_to() + 1;
@@ -148,7 +153,7 @@ impl<S: Send + Sync> FromRequest<S> for NoBody {
     type Rejection = Problem;
 
     async fn from_request(request: Request, _: &S) -> Result<NoBody, Problem> {
-        let bytes = read(request, MAX_BODY).await?;
+        let bytes = read(request, MAX_BODY, BODY_TIMEOUT).await?;
         let text = bytes.trim_ascii();
         let is_empty = |object: serde_json::Map<_, _>| object.is_empty();
         if text.is_empty() || serde_json::from_slice(text).is_ok_and(is_empty) {

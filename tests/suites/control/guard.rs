@@ -1,10 +1,12 @@
 //! Who may call: token, Host, Origin, kinds of body, sizes, garbage.
 
 use serde_json::Value;
+use std::io::Write as _;
+use std::time::Duration;
 use ts3100_emulator::client::Client;
 use ts3100_emulator::control::ControlSettings;
 use ts3100_tests::bench::{Bench, builder};
-use ts3100_tests::host::Host;
+use ts3100_tests::host::{Host, dial_address};
 
 const TOKEN: &str = "0123456789abcdef";
 
@@ -394,6 +396,43 @@ fn what_changes_something_is_json() {
         Content-Type: text/plain\r\nContent-Length: 0\r\n\r\n";
     assert!(robot.raw(form).starts_with("HTTP/1.1 415"));
     assert_eq!(robot.get("/servo")["on"], false);
+}
+
+#[test]
+fn who_does_not_send_a_whole_request_gives_way_to_others() {
+    let robot = Bench::start(builder());
+    let address = robot.emulator.control().unwrap();
+    let dial = |bytes: &str| {
+        let mut stream = dial_address(address);
+        stream.write_all(bytes.as_bytes()).unwrap();
+        stream
+    };
+    // Before a slow request would be given up.
+    let client = Client::new(&format!("http://{address}"), None).unwrap();
+    let client = client.with_timeout(Duration::from_secs(4));
+    let head = "Host: localhost\r\nContent-Type: application/json\r\nContent-Length: 11\r\n";
+    let mut events = dial("GET /events HTTP/1.1\r\nHost: localhost\r\n\r\n");
+    events.read_until(b'\n');
+    for begun in [
+        "",
+        "G",
+        &format!("PUT /servo HTTP/1.1\r\n{head}"),
+        &format!("PUT /servo HTTP/1.1\r\n{head}\r\n{{"),
+    ] {
+        // Three times as many as there are places.
+        let slow: Vec<_> = (0..192).map(|_| dial(begun)).collect();
+        let health = client.call("GET", "/health", None);
+        assert!(matches!(health, Ok((200, _))), "{begun}: {health:?}");
+        drop(slow);
+    }
+    // A stream of events is a request that is served.
+    robot.put("/battery", "{\"low\":true}");
+    let seen = events.read_until(b'}');
+    assert!(
+        String::from_utf8_lossy(&seen).contains("Battery"),
+        "{}",
+        seen.escape_ascii()
+    );
 }
 
 #[test]

@@ -1,26 +1,35 @@
 #!/usr/bin/env python3
-"""The control interface against a fuzzer and a hostile page.
+"""The control interface against a fuzzer, a hostile page, and peers that hold its connections.
 
     python3 tests/system/control/http_attacks.py --serve target/release/ts3100 [--examples 40] [--venv DIR]
 
 schemathesis reads the interface's own OpenAPI document and calls every operation with values that fit it and values
-that do not, all of its checks on. A hostile page is a client with a foreign Origin, a foreign Host, or no token. The
-exit code is 0 when nothing was found."""
+that do not, all of its checks on. A hostile page is a client with a foreign Origin, a foreign Host, or no token. Peers that
+hold connections send a part of a request, or nothing. The exit code is 0 when nothing was found."""
 
 import http.client
 import os
+import socket
 import subprocess
 import sys
 import tempfile
+import threading
+import time
 
 sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "lib"))
 import python_environment  # noqa: E402
-from emulator import Emulator  # noqa: E402
+from emulator import Emulator, split  # noqa: E402
 from steps import Failed, equal, program, serving, true  # noqa: E402
 
 SCHEMATHESIS = "schemathesis==4.32.5"
 TOKEN = "a-token-of-the-test-0123456789"
 LIMIT = 420
+# Connections of an attacker: five times the places there are. How long others may wait meanwhile, and how long a connection may
+# be held that nobody else needs: the limits are 5 s for a head or a body, and a busy machine only adds to a time.
+HELD, WAIT, GIVEN_UP = 320, 2.0, 8.0
+HEAD = b"PUT /servo HTTP/1.1\r\nHost: 127.0.0.1\r\nContent-Type: application/json\r\nContent-Length: 11\r\n"
+# What each has sent, and goes on with.
+UNFINISHED = {"no byte": (b"", b""), "slow heads": (HEAD, b"X-A: b\r\n"), "slow bodies": (HEAD + b"\r\n{", b" ")}
 # It has no end unless `count` is given, and is asked for by hand below.
 STREAM = "/events"
 
@@ -91,6 +100,48 @@ def hostile_page(emulator):
     true("an event is sent to who has the token", status == 200 and body.startswith(b"event: "), body[:200])
 
 
+def held(emulator):
+    """Peers that hold connections give way to others at once, and are given up in their time."""
+    address = split(emulator.url[len("http://"):])
+    for name, (begin, further) in UNFINISHED.items():
+        peers, stop = [], threading.Event()
+
+        def drip(peers=peers, stop=stop, further=further):
+            # A byte now and then keeps no connection.
+            while not stop.wait(0.5):
+                for peer in list(peers):
+                    try:
+                        peer.sendall(further)
+                    except OSError:
+                        pass
+
+        dripping = threading.Thread(target=drip)
+        dripping.start()
+        try:
+            worst = 0.0
+            for _ in range(HELD):
+                peers.append(socket.create_connection(address))
+                peers[-1].sendall(begin)
+                if len(peers) % 32 == 0:
+                    begun = time.monotonic()
+                    equal("%s, %d connections: /health is answered" % (name, len(peers)), 200, emulator.answer("GET", "/health")[0])
+                    worst = max(worst, time.monotonic() - begun)
+            true("%s: others wait %.0f ms at most" % (name, 1e3 * worst), worst < WAIT)
+        finally:
+            stop.set()
+            dripping.join()
+            for peer in peers:
+                peer.close()
+        alone = socket.create_connection(address, timeout=2 * GIVEN_UP)
+        alone.sendall(begin)
+        begun = time.monotonic()
+        while alone.recv(1 << 16):
+            pass
+        took = time.monotonic() - begun
+        alone.close()
+        true("%s: a connection is given up after %.1f s" % (name, took), took < GIVEN_UP)
+
+
 def main():
     parser = serving(__doc__)
     parser.add_argument("--examples", type=int, default=40, help="examples an operation")
@@ -99,6 +150,8 @@ def main():
     options = parser.parse_args()
     with Emulator(options.serve, "--time", "stepped", token=TOKEN) as emulator:
         hostile_page(emulator)
+    with Emulator(options.serve, "--time", "stepped") as emulator:
+        held(emulator)
     with tempfile.TemporaryDirectory(prefix="ts3100-api-") as directory, \
             Emulator(options.serve, "--time", "stepped", token=TOKEN) as emulator:
         python = python_environment.python_with(options.venv or directory, SCHEMATHESIS)
