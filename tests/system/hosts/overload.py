@@ -39,6 +39,8 @@ END, TRIES = 0.1, 3
 # How long others may wait beside a host that pipelines: in the best of so many rounds, each this long, for a busy
 # machine only adds to a time.
 FAIR, ROUNDS, ROUND = 0.020, 3, 1.0
+# How long the next host on a flooded port may wait for its first answer, and the bytes that were sent before.
+NEXT, FLOODED = 0.050, 1 << 20
 # Reads what a flood on IP1 sends, so that every byte has an effect.
 READER = b"PROGRAM READER\nAGAIN:\nINPUT IP1, A\nGOTO AGAIN\nEND\n"
 
@@ -302,6 +304,35 @@ def fairness(binary):
                 flood.kill()
 
 
+def until_closed(address, block, sent):
+    """The same, until the emulator closes the connection."""
+    with contextlib.suppress(OSError):
+        pipeline(address, block, sent)
+
+
+def etx_storm(binary):
+    """A host that sends ETX or empty texts as fast as it can: others are answered meanwhile, and the next one on its port is
+    served, whether it is gone or still there."""
+    for what, block in (("ETX", b"\x03" * 4096), ("STX ETX", b"\x02\x03" * 2048), ("SU", b"\x02SU\r\x03" * 1000)):
+        for gone in (True, False):
+            took = []
+            while len(took) < TRIES and not any(seconds < NEXT for seconds in took):
+                with Emulator(binary) as emulator:
+                    sent = multiprocessing.Value("Q")
+                    flood = multiprocessing.Process(target=until_closed, args=(emulator.address("ip0"), block, sent), daemon=True)
+                    flood.start()
+                    try:
+                        until("IP0 is flooded", lambda sent=sent: sent.value > FLOODED, 10 * ANSWER)
+                        if gone:
+                            flood.kill()
+                            flood.join()
+                        took.append(asked(emulator))
+                    finally:
+                        flood.kill()
+            true("%s storm, %s: the next host has its status after %.0f ms" % (what, "gone" if gone else "there", 1e3 * min(took)),
+                 min(took) < NEXT, took)
+
+
 def hang_up(binary):
     """SIGHUP is an end like any other."""
     with Emulator(binary) as emulator:
@@ -311,7 +342,7 @@ def hang_up(binary):
 def main():
     parser = serving(__doc__)
     parser.add_argument("--rounds", type=int, default=100, help="terminal hosts (default 100)")
-    attacks = (floods, in_a_hurry, unread_log, storm, hang_up, stopped, drips, made_up, fairness)
+    attacks = (floods, in_a_hurry, unread_log, storm, etx_storm, hang_up, stopped, drips, made_up, fairness)
     names = [attack.__name__ for attack in attacks]
     parser.add_argument("--only", choices=names, metavar="ATTACK", help="one of " + ", ".join(names))
     arguments = parser.parse_args()

@@ -157,6 +157,14 @@ impl Channel {
         let port = self.port;
         match &self.connection {
             None => vec![self.connect(incoming)],
+            // Otherwise the next host would be refused until all of it is answered, though the other may be gone.
+            Some(old) if self.waiting.len() < MAX_WAITING_CONNECTIONS && old.is_flooding() => {
+                self.waiting.push_back(Waiting {
+                    connection: incoming,
+                    overdue: None,
+                });
+                self.end("floods the port; its unread bytes are dropped", Connection::abort)
+            }
             // A host that has closed and is already back is not refused: it is served as soon as the old
             // connection is read to its end.
             Some(old)

@@ -25,6 +25,9 @@ use ts3100_controller::port::Port;
 pub(super) const WRITE_QUEUE: usize = 256;
 /// Most bytes per read.
 pub(crate) const READ_BUFFER: usize = 4_096;
+/// Unread bytes on a port with texts at which a peer floods it: 128 of the longest texts, of which a host sends the next when
+/// it has the answer to the last. Read at the rate of the texts that take longest, they keep the next host waiting for 10 ms.
+const FLOOD: usize = 32 * 1024;
 /// Time that a peer that has closed its sending half has to read the queued bytes.
 const FLUSH_TIMEOUT: Duration = Duration::from_secs(5);
 /// Idle time before the first TCP keepalive probe; [`KEEPALIVE_PROBES`] follow at [`KEEPALIVE_INTERVAL`]
@@ -208,6 +211,17 @@ impl Connection {
             Poll::Ready(Err(_)) => true,
             Poll::Pending => false,
         }
+    }
+
+    /// Whether more is unread than a host sends that waits for its answers. Its close, if it has closed, is not seen before
+    /// all of that is read.
+    pub(super) fn is_flooding(&self) -> bool {
+        if self.port.protocol().is_none() {
+            return false;
+        }
+        let mut unread = Vec::with_capacity(FLOOD);
+        let peeked = SockRef::from(&self.stream).peek(unread.spare_capacity_mut());
+        peeked.is_ok_and(|count| count >= FLOOD)
     }
 
     /// Closes the connection at once.

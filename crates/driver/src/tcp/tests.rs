@@ -189,6 +189,28 @@ async fn a_host_that_is_back_before_its_close_is_seen_is_served() {
 }
 
 #[tokio::test]
+async fn a_host_that_floods_gives_way_to_the_next() {
+    // Its close may be behind what it has sent.
+    for is_gone in [true, false] {
+        let (mut links, port) = server(SecondConnection::Refuse);
+        let mut flood = dial(port).await;
+        assert_eq!(next(&mut links).await, [connected(&flood)]);
+        flood.write_all(&[0x03; 40 * 1024]).await.unwrap();
+        let flood = (!is_gone).then_some(flood);
+        let host = dial(port).await;
+        let met = loop {
+            let inputs = next(&mut links).await;
+            match inputs.as_slice() {
+                [Input::Received { bytes, .. }] => assert!(bytes.len() < 100, "a portion"),
+                _ => break inputs,
+            }
+        };
+        assert_eq!(met, [GONE, connected(&host)]);
+        drop(flood);
+    }
+}
+
+#[tokio::test]
 async fn a_second_connection_may_replace_the_first() {
     let (mut links, port) = server(SecondConnection::Replace);
     let mut first = dial(port).await;
