@@ -71,12 +71,36 @@ fn codes() -> BTreeSet<(String, &'static str)> {
     for button in BUTTONS {
         add(button.form, "reference/controls");
     }
+    for (word, before) in [("event", "event = \""), ("metric", "\"ts3100_")] {
+        let names = names_in_the_code(before);
+        assert!(names.len() > 15, "{word}: {names:?}");
+        for name in names {
+            add(&name, "reference/monitoring");
+        }
+    }
     let program = cli::definition();
     for subcommand in program.get_subcommands() {
         add(subcommand.get_name(), "reference/command-line");
     }
     flags(&program, &mut add);
     codes
+}
+
+/// The names of log events, or of metrics: what follows these letters in the product, to the end of the string.
+fn names_in_the_code(before: &str) -> BTreeSet<String> {
+    let sources = super::house::files(&super::house::root().join("crates"), "rs");
+    let sources = sources.into_iter().filter(|path| {
+        let is_metrics = path.ends_with("control/src/metrics.rs") || path.ends_with("control/src/service.rs");
+        !super::house::is_test(path) && (is_metrics || !before.contains("ts3100_"))
+    });
+    let mut names = BTreeSet::new();
+    for path in sources {
+        let source = std::fs::read_to_string(path).unwrap();
+        let parts = super::house::product(&source).split(before).skip(1);
+        let start = before.rsplit('"').next().unwrap_or_default();
+        names.extend(parts.filter_map(|part| Some(format!("{start}{}", part.split('"').next()?))));
+    }
+    names
 }
 
 /// The flags of the subcommands.
