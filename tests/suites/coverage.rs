@@ -4,10 +4,11 @@
 //! The tables themselves are checked in `permissions.rs`; the report that `--coverage` writes has unit tests in
 //! `ts3100-emulator`.
 
-use crate::permissions::{MANUAL, example, prepare};
+use crate::permissions::{example, prepare};
 use std::collections::BTreeSet;
 use ts3100_controller::command_coverage::{CommandCoverage, PermissionCell, reachable};
 use ts3100_controller::{Config, Dialect, Output, PanelAction, Port, Verdict};
+use ts3100_simulation::manual::MANUAL;
 use ts3100_tests::Robot;
 
 fn coverage(robot: &Robot) -> CommandCoverage {

@@ -1,84 +1,15 @@
 //! Tables 5.3 and 5.4 of both editions of the manual, walked on the wire: every command in five modes on two ports, on both
 //! kinds of arm in both dialects, with the robot stopped and with a program running.
 //!
-//! The tables below were typed from the manuals a second time; the product's own copy is compared with them as well.
+//! The tables of [`ts3100_simulation::manual`] were typed from the manuals a second time; the product's own copy is compared with them
+//! as well.
 
 use ts3100_controller::model::ArmModel;
 use ts3100_controller::{Config, ControlRight, Dialect, KeySwitch, PanelAction, Port};
 use ts3100_proto::permission::{Edition, Permission, PermissionTable, ProtocolPort};
 use ts3100_proto::status::{ExecutionStatus, MasterMode};
+use ts3100_simulation::manual::{MANUAL, tables};
 use ts3100_tests::{Robot, notation};
-
-/// Command, HOST, IP0; columns TEACHING, INTERNAL, EXT SIG, EXT RS-232C, EXT ETHER; O valid, X invalid,
-/// S valid when stopped.
-pub const MANUAL: [(&str, &str, &str); 20] = [
-    ("RN", "X X X S O", "X X X X S"),
-    ("SP", "O O O O O", "O O O O O"),
-    ("BR", "O O O O O", "O O O O O"),
-    ("SO", "X X X O X", "X X X X O"),
-    ("RS", "X X X O X", "X X X X O"),
-    ("SL", "X X X O X", "X X X X O"),
-    ("UL", "S S S S S", "S S S S S"),
-    ("DL", "S S S S S", "S S S S S"),
-    ("CA", "O O O O O", "O O O O O"),
-    ("SU", "O O O O O", "O O O O O"),
-    ("ER", "S S S S S", "S S S S S"),
-    ("EU", "O O O O O", "O O O O O"),
-    ("EC", "X X X O X", "X X X X O"),
-    ("MW", "O O O O O", "O O O O O"),
-    ("FD", "O O O O O", "O O O O O"),
-    ("SF", "O O O O O", "O O O O O"),
-    ("MR", "O O O O O", "O O O O O"),
-    ("IW", "X X X O X", "X X X X O"),
-    ("VR", "O O O O O", "O O O O O"),
-    ("DO", "X X X O X", "X X X X O"),
-];
-
-/// The commands that only the SCARA edition has, in the same form.
-const SCARA_EDITION: [(&str, &str, &str); 21] = [
-    ("SM", "O O O O O", "O O O O O"),
-    ("AC", "O O O O O", "O O O O O"),
-    ("AH", "O O O O O", "O O O O O"),
-    ("IO", "O O O O O", "O O O O O"),
-    ("PR", "O O O O O", "O O O O O"),
-    ("VL", "O O O O O", "O O O O O"),
-    ("MN", "O O O O O", "O O O O O"),
-    ("WD", "O O O O O", "O O O O O"),
-    ("HI", "X X X O X", "X X X X O"),
-    ("HO", "X X X O X", "X X X X O"),
-    ("ZS", "X X X O X", "X X X X O"),
-    ("MD", "X X X O X", "X X X X O"),
-    ("RT", "X X X O X", "X X X X O"),
-    ("SC", "X X X O X", "X X X X O"),
-    ("JG", "X X X O X", "X X X X O"),
-    ("RS,ERR", "X X X O X", "X X X X O"),
-    ("MP", "X X X O X", "X X X X O"),
-    ("PS", "O O O O O", "O O O O O"),
-    ("RM", "O O O O O", "O O O O O"),
-    ("ZC", "O O O O O", "O O O O O"),
-    ("EM", "X X X O X", "X X X X O"),
-];
-
-/// The tables that hold on this arm in this dialect: the SCARA's has RN and SL otherwise, and the print of RN on HOST is a
-/// misprint that the field dialect corrects on six axes.
-fn tables(is_scara: bool, dialect: Dialect) -> Vec<(&'static str, &'static str, &'static str)> {
-    let mut rows = MANUAL.to_vec();
-    if is_scara || dialect == Dialect::Field {
-        rows[0] = ("RN", "X X X S X", "X X X X S");
-    }
-    if is_scara {
-        rows[5] = ("SL", "S S S S S", "S S S S S");
-    }
-    if is_scara || dialect == Dialect::Field {
-        // ZC is about the third axis of a SCARA.
-        rows.extend(
-            SCARA_EDITION
-                .into_iter()
-                .filter(|(letters, ..)| is_scara || *letters != "ZC"),
-        );
-    }
-    rows
-}
 
 /// The words SU has for the five columns.
 const MODES: [&str; 5] = [
