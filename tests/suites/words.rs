@@ -50,6 +50,7 @@ const ALLOWED: &[(&str, &str, &str)] = &[
     ("controller/src/endpoint.rs", "vary", "the same"),
     ("controller/src/snapshot", "vary", "the same"),
     ("emulator/src/", "vary", "the option `--vary`"),
+    ("simulation/src/plan.rs", "vary", "the same"),
     ("emulator/src/embed.rs", "evidence", "a name of the embedding API"),
     (
         "tests/suites/embedded/api.rs",
