@@ -189,7 +189,7 @@ def lints():
 
 
 def tests():
-    """the README's test command, the clauses that it proves, captures read by tshark, a package of a stranger's"""
+    """the test command of CONTRIBUTING.md, the clauses that it proves, captures read by tshark, a package of a stranger's"""
     proven()
     packages("tshark:tshark", "lua5.4:lua5.4")
     run(*system("packages/wireshark_dissector"))
@@ -199,7 +199,7 @@ def tests():
 
 def proven():
     """The tests; each clause has its test, none that was proven is lost, no more rest on little."""
-    block = re.search(r"<!-- ci:test -->\s*```sh\n(.*?)```", (ROOT / "README.md").read_text(), re.DOTALL)[1]
+    block = re.search(r"<!-- ci:test -->\s*```sh\n(.*?)```", (ROOT / "CONTRIBUTING.md").read_text(), re.DOTALL)[1]
     print(block, end="", flush=True)
     output = SCRATCH / "tests.txt"
     run("bash", "-euo", "pipefail", "-c", '(%s) 2>&1 | tee "$0"' % block, output)
