@@ -27,7 +27,7 @@ module.exports = {
   decode_text: "POST /decode",
   get_emergency_stop: "GET /emergency-stop",
   put_emergency_stop: "PUT /emergency-stop",
-  get_events: "GET /events{?since,count}",
+  get_events: "GET /events{?since,count,state}",
   get_faults: "GET /faults",
   arm_fault: "POST /faults",
   clear_faults: "DELETE /faults",

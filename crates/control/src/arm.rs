@@ -15,8 +15,6 @@ pub struct ArmPicture {
     pose: ArmPosture,
     /// The model.
     model: ModelInfo,
-    /// The tool point in the work coordinate system.
-    work: Vec<f64>,
     /// TOOL, the tool point as seen from the flange: X Y Z A B C; mm and degrees.
     tool: Vec<f64>,
     /// BASE in world; WORK is relative to it.
@@ -39,10 +37,16 @@ pub struct ArmPosture {
     joints: Vec<f64>,
     /// The tool point in world: X Y Z A B C U V, of a SCARA X Y Z C T; mm and degrees.
     world: Vec<f64>,
+    /// The tool point in the work coordinate system.
+    work: Vec<f64>,
     /// Whether a motion is under way or held.
     moving: bool,
     /// Completed percentage of the motion; 100 without a motion.
     percent: f64,
+    /// File line that is executed.
+    executed_line: u32,
+    /// File line that is analysed.
+    analysed_line: u32,
 }
 
 /// A model of arm.
@@ -147,12 +151,16 @@ impl ArmPosture {
     pub(super) fn new(view: &View<'_>) -> ArmPosture {
         let controller = view.controller;
         let pose = controller.arm_pose();
+        let (executed_line, analysed_line) = controller.steps();
         ArmPosture {
             t: controller.now().as_seconds(),
             joints: without_noise(&pose.joint_values()),
             world: without_noise(&pose.world_values()),
+            work: without_noise(&pose.work_values()),
             moving: controller.is_arm_moving(),
             percent: controller.motion_percent(),
+            executed_line,
+            analysed_line,
         }
     }
 }
@@ -166,7 +174,6 @@ impl ArmPicture {
         ArmPicture {
             pose: ArmPosture::new(view),
             model: ModelInfo::new(&controller.config().model),
-            work: without_noise(&pose.work_values()),
             tool: without_noise(&frames.tool.trans.coords),
             base: without_noise(&frames.base.trans.coords),
             work_frame: without_noise(&frames.work.trans.coords),

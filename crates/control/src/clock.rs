@@ -294,8 +294,10 @@ call! {
 }
 pub async fn put_clock(handle: Handle, Json(body): Json<SetModeRequest>) -> Answer<ClockStatus> {
     let action = LinkAction::TimeMode(time_mode(body.mode)?);
-    let changed = handle.change(Request::LinkAction, action, ClockStatus::new);
-    changed.await.map(Json)
+    let changed = handle.change(Request::LinkAction, action, ClockStatus::new).await;
+    // The clock is not part of the controller.
+    handle.journal.touch();
+    changed.map(Json)
 }
 
 /// Reads the mode of the clock in a body.

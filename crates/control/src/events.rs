@@ -17,11 +17,18 @@ use futures_util::stream::{Stream, unfold};
 use serde_json::json;
 use std::collections::VecDeque;
 use std::convert::Infallible;
+use std::future::pending;
 use std::sync::Arc;
+use std::time::Duration;
 use tokio::sync::{OwnedSemaphorePermit, watch};
+use tokio::time::{Instant, sleep_until};
 
 /// Events taken out of the journal at once.
 const BATCH: usize = 64;
+/// Time after which a stream with the state has a comment, at the latest.
+const STATE_KEEP_ALIVE: Duration = Duration::from_secs(5);
+/// Shortest time between two events `changed`.
+const CHANGE_PAUSE: Duration = Duration::from_millis(50);
 
 /// Selection of events.
 #[derive(Debug, Clone, Copy, Deserialize)]
@@ -33,13 +40,18 @@ pub struct EventsQuery {
     /// End the stream after this many events.
     #[cfg_attr(test, param(minimum = 1))]
     count: Option<u64>,
+    /// Also send an event `changed`, without a number, when the state may have changed; at most 20 a second.
+    #[serde(default)]
+    #[cfg_attr(test, param(default = false))]
+    state: bool,
 }
 
 call! {
     /// Stream events as Server-Sent Events
     ///
     /// Each event is a JSON document; its number is the id. A reader that is too slow gets an event `missed` with the
-    /// number of events it missed. With the header `Last-Event-ID` the stream continues after that event.
+    /// number of events it missed. With `state` an event `changed` tells when to read `/state` again: a page or a monitor
+    /// then asks for nothing while nothing happens. With the header `Last-Event-ID` the stream continues after that event.
     get_events = get("/events",
         params(EventsQuery),
         responses((status = 200, description = "One event after the other, until `count` or the end of the connection.",
@@ -68,6 +80,10 @@ pub async fn get_events(
         left: query.count,
         ready: VecDeque::new(),
         watch: handle.journal.watch(),
+        changes: query.state.then(|| StateChanges {
+            watch: handle.journal.watch_state(),
+            next: Instant::now(),
+        }),
         journal: handle.journal,
         _permit: permit,
         _busy: connection.begin_request(),
@@ -76,7 +92,12 @@ pub async fn get_events(
         let event = reader.next_event().await?;
         Some((Ok(event), reader))
     });
-    Ok(Sse::new(stream).keep_alive(KeepAlive::default()))
+    let keep_alive = match query.state {
+        // Whoever shows a state wants to know soon that nothing comes any more.
+        true => KeepAlive::new().interval(STATE_KEEP_ALIVE),
+        false => KeepAlive::default(),
+    };
+    Ok(Sse::new(stream).keep_alive(keep_alive))
 }
 
 /// The events of one reader.
@@ -86,8 +107,30 @@ struct EventReader {
     left: Option<u64>,
     ready: VecDeque<Event>,
     watch: watch::Receiver<u64>,
+    changes: Option<StateChanges>,
     _permit: OwnedSemaphorePermit,
     _busy: RequestGuard,
+}
+
+/// Changes of the state, for a reader that wants to be told.
+struct StateChanges {
+    watch: watch::Receiver<u64>,
+    /// When it may be told again.
+    next: Instant,
+}
+
+impl StateChanges {
+    /// Waits for a change. Nothing is lost when the wait is given up.
+    async fn next(changes: &mut Option<StateChanges>) {
+        let Some(changes) = changes else {
+            return pending().await;
+        };
+        sleep_until(changes.next).await;
+        if changes.watch.changed().await.is_err() {
+            return pending().await;
+        }
+        changes.next = Instant::now() + CHANGE_PAUSE;
+    }
 }
 
 /// The key by which a document says what kind of event it is.
@@ -134,7 +177,12 @@ impl EventReader {
             self.watch.borrow_and_update();
             self.refill();
             if self.ready.is_empty() {
-                self.watch.changed().await.ok()?;
+                tokio::select! {
+                    changed = self.watch.changed() => changed.ok()?,
+                    () = StateChanges::next(&mut self.changes) => {
+                        self.ready.push_back(Event::default().event("changed").data("{}"));
+                    }
+                }
             }
         }
         self.ready.pop_front()
@@ -161,7 +209,7 @@ mod tests {
     /// The journal of every event.
     fn journal() -> Journal {
         let journal = Arc::new(Journal::new(KEPT_EVENTS, Arc::default()));
-        let mut writer = JournalWriter(Arc::clone(&journal));
+        let mut writer = JournalWriter::new(Arc::clone(&journal));
         for (place, input) in inputs().iter().enumerate() {
             writer.input(moment(place), input, Side::Host);
         }

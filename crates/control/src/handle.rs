@@ -148,7 +148,10 @@ impl Handle {
         let awaited = wait.condition().map(|condition| format!(" for `{condition}`"));
         let (sender, result) = oneshot::channel();
         let waited = self.request(Request::Wait(wait, sender), result);
-        if let Ok(ended) = timeout(wall, waited).await {
+        let ended = timeout(wall, waited).await;
+        // Time may have been advanced, which is no input.
+        self.journal.touch();
+        if let Ok(ended) = ended {
             return ended;
         }
         let look = |view: &View<'_>| (view.time, view.controller.now().as_seconds());

@@ -9,7 +9,7 @@ use std::collections::BTreeMap;
 use std::mem;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use tokio::sync::watch;
-use ts3100_controller::{Input, Output, Time};
+use ts3100_controller::{Controller, Input, Output, Time};
 use ts3100_driver::seat::{Notice, Side, Subscriber};
 use ts3100_recording::byte_log::ByteLog;
 use ts3100_recording::transcript::{Format, TranscriptBuffer};
@@ -78,6 +78,8 @@ pub struct Journal {
     /// Most events that are kept.
     kept: usize,
     changed: watch::Sender<u64>,
+    /// Number of inputs that may have changed the state.
+    touched: watch::Sender<u64>,
     transcript: Arc<TranscriptBuffer>,
 }
 
@@ -99,6 +101,7 @@ impl Journal {
             state: Mutex::default(),
             kept,
             changed: watch::Sender::new(0),
+            touched: watch::Sender::new(0),
             transcript,
         }
     }
@@ -156,6 +159,18 @@ impl Journal {
         self.changed.subscribe()
     }
 
+    /// A receiver that changes when the state may have changed.
+    pub fn watch_state(&self) -> watch::Receiver<u64> {
+        self.touched.subscribe()
+    }
+
+    /// Tells those who watch the state that it may have changed.
+    pub(super) fn touch(&self) {
+        if self.touched.receiver_count() > 0 {
+            self.touched.send_modify(|count| *count += 1);
+        }
+    }
+
     /// The findings kept with their numbers and bytes, oldest first.
     fn kept_findings(&self) -> Vec<((u64, Entry), Vec<u8>)> {
         let state = self.lock();
@@ -202,28 +217,56 @@ impl Journal {
 }
 
 /// Writes the journal of a controller.
-pub struct JournalWriter(pub Arc<Journal>);
+pub struct JournalWriter {
+    journal: Arc<Journal>,
+    /// When the controller does something by itself.
+    deadline: Option<Time>,
+    /// Whether the input under way is more than the passing of time.
+    is_action: bool,
+}
+
+impl JournalWriter {
+    pub fn new(journal: Arc<Journal>) -> JournalWriter {
+        JournalWriter {
+            journal,
+            deadline: None,
+            is_action: false,
+        }
+    }
+}
 
 impl Subscriber for JournalWriter {
     fn input(&mut self, at: Time, input: &Input, _by: Side) {
+        // Every query lets time pass: that alone is no change, unless something was due.
+        self.is_action |= !matches!(input, Input::Tick) || self.deadline.is_some_and(|due| due <= at);
         if let Some(event) = JournalEvent::from_input(input) {
-            self.0.push(at, event, |metrics| metrics.count_input(input));
+            self.journal.push(at, event, |metrics| metrics.count_input(input));
         }
     }
 
     fn output(&mut self, at: Time, output: &Output) {
         let event = JournalEvent::from(output);
         let at = event.finding().map_or(at, |finding| finding.at);
-        self.0.push(at, event, |metrics| metrics.count_output(output));
+        self.journal
+            .push(at, event, |metrics| metrics.count_output(output));
+    }
+
+    fn settled(&mut self, _at: Time, controller: &Controller) {
+        let watched = self.journal.touched.receiver_count() > 0;
+        self.deadline = controller.poll_deadline().filter(|_| watched);
+        if mem::take(&mut self.is_action) {
+            self.journal.touch();
+        }
     }
 
     fn notice(&mut self, _at: Time, notice: Notice<'_>) {
+        self.journal.touch();
         match notice {
-            Notice::Restored(next) => self.0.note(next.now(), JournalEvent::Restored),
+            Notice::Restored(next) => self.journal.note(next.now(), JournalEvent::Restored),
             Notice::Reset { .. } => {
                 // Events and counters go on.
-                self.0.forget_findings();
-                self.0.note(Time::ZERO, JournalEvent::Reset);
+                self.journal.forget_findings();
+                self.journal.note(Time::ZERO, JournalEvent::Reset);
             }
             Notice::Dropped(_) | Notice::NotPersisted { .. } => {}
         }
@@ -240,11 +283,31 @@ mod tests {
     }
 
     #[test]
+    fn passing_time_is_no_change_of_the_state() {
+        let journal = journal();
+        let mut seat =
+            ts3100_driver::seat::Seat::new(Controller::new(Config::new(Dialect::Field), Vec::new()).unwrap());
+        seat.subscribe(Box::new(JournalWriter::new(Arc::clone(&journal))));
+        let mut watch = journal.watch_state();
+        let second = Time::ZERO + std::time::Duration::from_secs(1);
+        seat.feed(second, Input::Tick, Side::Host, &mut ()).unwrap();
+        assert!(!watch.has_changed().unwrap());
+        let port = Port::Ip0;
+        let peer = String::from("test");
+        seat.feed(second, Input::Connected { port, peer }, Side::Host, &mut ())
+            .unwrap();
+        assert!(watch.has_changed().unwrap());
+        watch.borrow_and_update();
+        seat.feed(second, Input::Tick, Side::Host, &mut ()).unwrap();
+        assert!(!watch.has_changed().unwrap());
+    }
+
+    #[test]
     fn what_is_forgotten_is_counted() {
         let journal = journal();
         assert_eq!(journal.events_from(1, 10).next, 1);
         for _ in 0..KEPT_EVENTS + 3 {
-            JournalWriter(Arc::clone(&journal)).output(Time::ZERO, &Output::PowerOff);
+            JournalWriter::new(Arc::clone(&journal)).output(Time::ZERO, &Output::PowerOff);
         }
         let extract = journal.events_from(2, 2);
         assert_eq!((extract.missed, extract.next), (2, 6));
@@ -261,7 +324,7 @@ mod tests {
     #[test]
     fn findings_stay_longer_than_other_events_until_a_reset() {
         let journal = journal();
-        let mut writer = JournalWriter(Arc::clone(&journal));
+        let mut writer = JournalWriter::new(Arc::clone(&journal));
         let mut robot = Controller::new(Config::new(Dialect::Field), Vec::new()).unwrap();
         robot.feed(
             Time::ZERO,

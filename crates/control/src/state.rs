@@ -72,6 +72,8 @@ pub struct ControllerState {
     executed_line: u32,
     /// File line that is analysed.
     analysed_line: u32,
+    /// File lines before which the program stops, in ascending order.
+    breakpoints: Vec<u32>,
     /// The main program, its tasks, and the statement of DO.
     tasks: Vec<TaskStatus>,
     /// The arm.
@@ -122,7 +124,7 @@ pub struct JogStatus {
 }
 
 /// A task.
-#[derive(Debug, Clone, Copy, Serialize)]
+#[derive(Debug, Clone, Serialize)]
 #[cfg_attr(test, derive(utoipa::ToSchema), schema(as = Task))]
 pub struct TaskStatus {
     /// 1 the main program, 0 the statement of DO.
@@ -136,6 +138,18 @@ pub struct TaskStatus {
     #[serde(skip_serializing_if = "Option::is_none")]
     #[cfg_attr(test, schema(value_type = Option<super::api_names::PortName>))]
     reads: Option<Port>,
+    /// Its open calls, outermost first.
+    calls: Vec<OpenCall>,
+}
+
+/// A program under way.
+#[derive(Debug, Clone, Serialize)]
+#[cfg_attr(test, derive(utoipa::ToSchema))]
+pub struct OpenCall {
+    /// Name of the program.
+    program: String,
+    /// File line that it is at.
+    line: u32,
 }
 
 /// The arm.
@@ -236,6 +250,7 @@ impl ControllerState {
             line: controller.line(),
             executed_line,
             analysed_line,
+            breakpoints: controller.breakpoints().collect(),
             tasks: task_statuses(view),
             arm: arm_pose(view),
             hands: controller.hands().map(hand),
@@ -274,6 +289,11 @@ fn task_statuses(view: &View<'_>) -> Vec<TaskStatus> {
             line: task.line,
             doing: task.state,
             reads: task.reads.and_then(Port::from_channel),
+            calls: task
+                .calls
+                .into_iter()
+                .map(|(program, line)| OpenCall { program, line })
+                .collect(),
         })
         .collect()
 }

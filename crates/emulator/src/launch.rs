@@ -133,7 +133,7 @@ impl Launched {
         if let Some(journal) = &journal {
             driver
                 .seat(number)
-                .subscribe(Box::new(JournalWriter(Arc::clone(journal))));
+                .subscribe(Box::new(JournalWriter::new(Arc::clone(journal))));
         }
         Ok(Launched {
             number,

@@ -302,6 +302,20 @@ impl Machine {
         step.or(self.program.steps.first()).map_or(1, |step| step.line)
     }
 
+    /// The open calls, the main program or the program of a task first: name in upper case, and the file line it is at. A
+    /// statement of DO has none.
+    pub fn calls(&self) -> impl Iterator<Item = (&str, u32)> {
+        let returns = self
+            .frames
+            .iter()
+            .skip(1)
+            .map(|frame| frame.return_to.saturating_sub(1));
+        returns.chain([self.at]).filter_map(|at| {
+            let step = self.program.steps.get(at)?;
+            Some((self.program.block_of(at)?, step.line))
+        })
+    }
+
     /// The operation of the step under way or next.
     fn operation(&self) -> Option<&Operation> {
         self.program.steps.get(self.at).map(|step| &step.operation)

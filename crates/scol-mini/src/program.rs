@@ -369,6 +369,14 @@ impl Program {
         blocks.map(|block| (block.name.as_str(), line(block))).collect()
     }
 
+    /// Name of the PROGRAM block with this step.
+    pub(crate) fn block_of(&self, step: usize) -> Option<&str> {
+        let before = self.blocks.iter().filter(|block| block.step <= step);
+        before
+            .max_by_key(|block| block.step)
+            .map(|block| block.name.as_str())
+    }
+
     /// A variable of GLOBAL or a name of DATA; `None` when there is no such. Case does not matter (RAM-07).
     pub fn variable(&self, name: &str) -> Option<VariableInfo> {
         self.symbols.find(&name.to_ascii_uppercase()).map(Slot::info)

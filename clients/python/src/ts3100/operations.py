@@ -30,7 +30,7 @@ OPERATIONS = {
     "decode_text": "POST /decode",
     "get_emergency_stop": "GET /emergency-stop",
     "put_emergency_stop": "PUT /emergency-stop",
-    "get_events": "GET /events{?since,count}",
+    "get_events": "GET /events{?since,count,state}",
     "get_faults": "GET /faults",
     "arm_fault": "POST /faults",
     "clear_faults": "DELETE /faults",
@@ -229,14 +229,15 @@ ActiveAlarm = TypedDict("ActiveAlarm", {"at": str, "cause": str, "docs": str, "l
 Alarms = TypedDict("Alarms", {"active": List["ActiveAlarm"], "history": List["ActiveAlarm"]})
 AlarmRow = TypedDict("AlarmRow", {"cause": str, "docs": str, "level": int, "number": str, "ours": bool, "remedy": str,
     "text": str})
-ArmPosture = TypedDict("ArmPosture", {"joints": List[float], "moving": bool, "percent": float, "t": float, "world": List[float]})
+ArmPosture = TypedDict("ArmPosture", {"analysed_line": int, "executed_line": int, "joints": List[float], "moving": bool,
+    "percent": float, "t": float, "work": List[float], "world": List[float]})
 Axis = TypedDict("Axis", {"max": float, "max_speed": float, "min": float})
 Geometry = Dict[str, Any]
 ArmModel = TypedDict("ArmModel", {"axes": List["Axis"], "geometry": "Geometry", "kind": str, "max_tool_speed": float, "name": str,
     "ready": List[float]})
-ArmPicture = TypedDict("ArmPicture", {"joints": List[float], "moving": bool, "percent": float, "t": float, "world": List[float],
-    "base": List[float], "model": "ArmModel", "path": List[List[float]], "tool": List[float], "tool_point": List[float],
-    "work": List[float], "work_frame": List[float]})
+ArmPicture = TypedDict("ArmPicture", {"analysed_line": int, "executed_line": int, "joints": List[float], "moving": bool,
+    "percent": float, "t": float, "work": List[float], "world": List[float], "base": List[float], "model": "ArmModel",
+    "path": List[List[float]], "tool": List[float], "tool_point": List[float], "work_frame": List[float]})
 Battery = TypedDict("Battery", {"low": bool})
 Breakpoints = TypedDict("Breakpoints", {"lines": List[int]})
 PortName = Literal["HOST", "COM1", "IP0", "IP1", "IP2", "IP3"]
@@ -312,12 +313,14 @@ Snapshots = TypedDict("Snapshots", {"snapshots": List["Snapshot"]})
 Arm = TypedDict("Arm", {"configuration": int, "joints": List[float], "model": str, "moving": bool, "percent": float,
     "position_file": str, "work": List[float], "work_name": str, "world": List[float]})
 Guidance = TypedDict("Guidance", {"coordinate": int, "mode": int, "rate": int})
-Task = TypedDict("Task", {"doing": str, "id": int, "line": int, "reads": Optional["PortName"]}, total=False)
+OpenCall = TypedDict("OpenCall", {"line": int, "program": str})
+Task = TypedDict("Task", {"calls": List["OpenCall"], "doing": str, "id": int, "line": int, "reads": Optional["PortName"]},
+    total=False)
 Watchdog = TypedDict("Watchdog", {"due": float, "level": int, "timeout": float})
 State = TypedDict("State", {"alarms": List["ActiveAlarm"], "analysed_line": int, "arm": "Arm", "battery_low": bool,
-    "calendar": str, "channels": List["Channel"], "control_right": "RightHolder", "emergency_stop": bool,
-    "ether_pages": List["PendantPage"], "executed_line": int, "faults": "Faults", "feed_hold": bool, "file": str,
-    "files": "Drive", "findings": Dict[str, Any], "guide": "Guidance", "hands": List[str], "inputs": "Lines",
+    "breakpoints": List[int], "calendar": str, "channels": List["Channel"], "control_right": "RightHolder",
+    "emergency_stop": bool, "ether_pages": List["PendantPage"], "executed_line": int, "faults": "Faults", "feed_hold": bool,
+    "file": str, "files": "Drive", "findings": Dict[str, Any], "guide": "Guidance", "hands": List[str], "inputs": "Lines",
     "key_switch": "KeyPosition", "line": int, "machine_lock": bool, "master_mode": str, "outputs": "Lines",
     "override_percent": int, "parameters": "Parameters", "pendant": str, "power": bool, "power_on_minutes": int,
     "run_minutes": int, "run_mode": str, "safety_open": bool, "servo": bool, "servo_due": Optional[float], "status": "Status",

@@ -17,7 +17,7 @@ use core::time::Duration;
 use scol_mini::{Answer, Channel, Fault, Jump, Machine, Memory, MonitorAction, Number, Pause, Program};
 
 /// A task at a moment.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq, Eq)]
 pub struct TaskView {
     /// 1 the main program, 0 the statement of DO.
     pub id: u16,
@@ -27,6 +27,8 @@ pub struct TaskView {
     pub state: &'static str,
     /// The channel from which it waits for values.
     pub reads: Option<Channel>,
+    /// Its open calls, outermost first, then those of its handler: name of the program and file line.
+    pub calls: Vec<(String, u32)>,
 }
 
 /// State of a task. Every change goes through [`Task::enter`].
@@ -253,6 +255,11 @@ impl Task {
             line: acting.machine.line(),
             state: if runs { state } else { "stopped" },
             reads: acting.state.channel().filter(|_| runs),
+            calls: self
+                .parts()
+                .flat_map(|part| part.machine.calls())
+                .map(|(name, line)| (String::from(name), line))
+                .collect(),
         }
     }
 

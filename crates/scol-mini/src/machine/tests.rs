@@ -309,6 +309,20 @@ fn calls_nest_sixteen_deep() {
     assert_eq!(memory.global(&program, "D", &[]), Ok(Value::Integer(16)));
 }
 
+#[test]
+fn open_calls_have_their_lines() {
+    let source = "PROGRAM M\nA=1\nFIRST\nEND\nPROGRAM FIRST\nSECOND\nEND\nPROGRAM SECOND\nDELAY 1\nEND\n";
+    let (mut machine, mut memory) = start(source);
+    assert_eq!(machine.calls().collect::<Vec<_>>(), [("M", 2)]);
+    let pause = machine.run(&mut memory, &STILL, &mut 999);
+    assert!(
+        matches!(pause, Pause::Request(Request::Delay { .. })),
+        "{pause:?}"
+    );
+    let calls: Vec<_> = machine.calls().collect();
+    assert_eq!(calls, [("M", 3), ("FIRST", 6), ("SECOND", 9)]);
+}
+
 // clause: EXAMPLE-04
 #[test]
 fn a_computed_goto_falls_through_outside_its_list() {
