@@ -255,10 +255,12 @@ def hosts():
 
 
 def trust():
-    """the rules of the manual against a second opinion, kill -9 over all that is written, and a planted defect that each must find"""
+    """cells under random traffic, the rules of the manual against a second opinion, kill -9 over all that is written, and a planted defect that each must find"""
     def opinion(*words):
         return [sys.executable, "tests/oracle/compare.py", "--serve", dist(), *words]
     together(second_opinion=opinion(), canaries=opinion("--canary", "all"))
+    # Its canaries are found in the tests.
+    run(dist(), "simulate", "--steps", "400000", "--out", SCRATCH / "simulation.txt")
     # Counts on the processor: what comes in the middle of a change depends on its speed.
     run(*serving("hosts/crash"))
     run(*serving("hosts/crash", "--canary"))

@@ -28,6 +28,7 @@ mod output;
 mod ready;
 mod run;
 mod serve;
+mod simulate;
 pub(crate) mod survey;
 mod tap;
 mod usage;
@@ -65,6 +66,7 @@ enum Command {
     Survey(survey::SurveyArgs),
     Conform(survey::ConformArgs),
     Fidelity(survey::FidelityArgs),
+    Simulate(simulate::SimulateArgs),
     Ctl(Box<ctl::CtlArgs>),
     Mcp(mcp::McpArgs),
     Ready(ready::ReadyArgs),
@@ -133,6 +135,7 @@ fn run(command: Command) -> ExitCode {
         Command::Survey(args) => survey::run(&args),
         Command::Conform(args) => survey::conform(&args),
         Command::Fidelity(args) => survey::fidelity(&args),
+        Command::Simulate(args) => simulate::run(&args),
         Command::Ctl(args) => ctl::run(&args),
         Command::Mcp(args) => mcp::run(&args),
         Command::Ready(args) => ready::run(&args),

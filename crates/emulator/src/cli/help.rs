@@ -174,6 +174,10 @@ const EVERYDAY: &[Everyday] = &[
     },
     whole("mcp", "ts3100 mcp --url http://127.0.0.1:3100"),
     whole("fidelity", "ts3100 fidelity --list"),
+    whole(
+        "simulate",
+        "ts3100 simulate --seed 17\nts3100 simulate --steps 1000000",
+    ),
     Everyday {
         name: "ctl",
         shown: &[
