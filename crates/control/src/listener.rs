@@ -30,7 +30,7 @@ const ACCEPT_PAUSE: Duration = Duration::from_millis(50);
 /// Longest time that the next peer waits for the connection that gives way, before another one has to.
 const GIVE_WAY_PAUSE: Duration = Duration::from_millis(50);
 
-/// What a connection waits for. Its order is that in which connections give way: who has not even sent a request first,
+/// The next thing that a connection waits for. Its order is that in which connections give way: who has not even sent a request first,
 /// and last who reads an answer slowly.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 enum Owed {
@@ -82,7 +82,7 @@ impl State {
         }
     }
 
-    /// What is owed when nothing is being sent or received.
+    /// Nothing is being sent or received: a new connection owes its first request, another owes nothing.
     fn rest(&mut self) {
         self.owe((self.requests == 0).then_some(Owed::Request));
     }

@@ -5,7 +5,7 @@
 //! broken rule needs, and [`recorded`] writes them as a transcript. The rules ([`Rule`]) look at the wire and at what the
 //! controller shows, and are written from the manual, not from the controller's code.
 //!
-//! What the plans cannot produce: bytes lost or changed between the host and the edge other than by faults, sockets and real
+//! Beyond the plans: bytes lost or changed between the host and the edge other than by faults, sockets and real
 //! serial devices, two hosts on one port, wall-clock time, programs other than those of [`plan`], models and permission tables
 //! of the user's. Tests with running emulators are in `tests/`.
 

@@ -1,4 +1,4 @@
-//! What a seed draws: the robots of a cell, and the steps that happen to them.
+//! All that a seed draws: the robots of a cell, and the steps that happen to them.
 
 use crate::watch::whole_file;
 use std::fmt;
@@ -72,7 +72,7 @@ const MORE: [&str; 34] = [
     "QQ",
 ];
 
-/// What operators, failures and tests do at the controller, in the words of scenarios.
+/// Actions of operators, failures and tests at the controller, in the words of scenarios.
 const ACTIONS: [&str; 58] = [
     "key-switch teaching",
     "key-switch internal",
@@ -242,7 +242,7 @@ impl RobotPlan {
         }
     }
 
-    /// What its controller is made from.
+    /// The configuration of its controller.
     #[must_use]
     pub fn config(&self) -> Config {
         let mut config = Config::new(self.dialect);

@@ -124,7 +124,7 @@ impl Rule {
         self.row().1
     }
 
-    /// What it says, as a sentence without its end.
+    /// The rule, as a sentence without its end.
     pub fn sentence(self) -> &'static str {
         self.row().2
     }
@@ -148,7 +148,7 @@ pub struct Violation {
     pub robot: usize,
     /// The moment, in the time of the robot.
     pub at: Time,
-    /// What was seen, as a sentence without its end.
+    /// The observation, as a sentence without its end.
     pub seen: String,
 }
 

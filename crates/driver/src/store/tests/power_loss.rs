@@ -188,7 +188,7 @@ struct Model {
     contents: BTreeMap<usize, Content>,
 }
 
-/// What is found after the power has returned: path and content, `None` for a directory.
+/// The files found after the power has returned: path and content, `None` for a directory.
 type Found = BTreeMap<PathBuf, Option<Vec<u8>>>;
 
 impl Model {
@@ -229,7 +229,7 @@ impl Model {
         }
     }
 
-    /// What may be found of the content of a file.
+    /// The contents that a file may be found with.
     fn contents_of(&self, number: usize) -> Vec<Vec<u8>> {
         let Content { written, is_synced } = &self.contents[&number];
         if *is_synced {
@@ -297,7 +297,7 @@ fn next(random: &mut u64) -> u64 {
     *random
 }
 
-/// What users expect to find.
+/// The contents that users expect to find.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 struct Expected {
     files: BTreeMap<String, Vec<u8>>,
@@ -309,7 +309,7 @@ struct Expected {
 struct Run {
     root: TempDir,
     log: Vec<Operation>,
-    /// What was there before, and its content.
+    /// The file that was there before, and its content.
     by_hand: Option<&'static [u8]>,
     /// The number of operations after which each state was acknowledged.
     acknowledged: Vec<(usize, Expected)>,
@@ -380,7 +380,7 @@ fn alarm(number: usize) -> Alarm {
     }
 }
 
-/// What a store finds in a state of the disk.
+/// The drive that a store finds in a state of the disk.
 fn opened(root: &Path, state: &Found) -> Result<Expected, StoreError> {
     let after = TempDir::new("power-back");
     for (path, content) in state {
