@@ -1,7 +1,7 @@
 //! A cell in which the steps of a plan are carried out, and the rules about exchanges.
 
 use crate::figures::Figures;
-use crate::host::Host;
+use crate::host::{Asked, Host};
 use crate::plan::{Plan, Step, programs};
 use crate::rules::{Rule, Violation};
 use crate::watch::Watch;
@@ -282,7 +282,8 @@ impl Cell {
             HostEvent::Stopped => {
                 host.owed = None;
                 // A text that is still on a serial line has not opened its exchange.
-                let is_inside = port == Port::Ip0 && host.asked.is_some();
+                let is_open = |asked: &mut Asked| !std::mem::take(&mut asked.crosses);
+                let is_inside = port == Port::Ip0 && host.asked.as_mut().is_some_and(is_open);
                 edge.figures.check(Rule::SpOutsideExchanges);
                 if is_inside {
                     edge.report(
@@ -510,9 +511,6 @@ impl Cell {
         }
         if let Some((holds, seen)) = events {
             edge.figures.check(Rule::EventsOnce);
-            if let Some(host) = edge.hosts.get_mut(&Port::Ip0) {
-                host.unseen = [false; 2];
-            }
             if !holds {
                 edge.report(Rule::EventsOnce, now, seen);
             }

@@ -14,7 +14,9 @@ pub struct Asked {
     pub command: String,
     /// When something came for it last, or when it was sent.
     pub at: Time,
-    /// What is downloaded after the OK.
+    /// A text was on its way when it was sent: the robot had begun it before it knew of the request.
+    pub crosses: bool,
+    /// The file that is downloaded after the OK.
     pub file: Option<Vec<u8>>,
 }
 
@@ -38,6 +40,8 @@ pub struct Host {
     pub is_valid: Option<bool>,
     /// Bytes of the robot that it has not read.
     pub incoming: Vec<u8>,
+    /// The robot has sent a part of a text.
+    pub is_mid_text: bool,
 }
 
 impl Host {
@@ -58,6 +62,7 @@ impl Host {
             idle_since: Time::ZERO,
             is_valid: None,
             incoming: Vec::new(),
+            is_mid_text: false,
         }
     }
 
@@ -90,6 +95,7 @@ impl Host {
         self.asked = Some(Asked {
             command: command.to_owned(),
             at: now,
+            crosses: self.is_mid_text,
             file,
         });
     }

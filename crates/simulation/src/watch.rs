@@ -27,6 +27,8 @@ const BRAKING: Duration = Duration::from_secs(1);
 const ROUNDING: f64 = 1e-6;
 /// The text of an SP.
 const SP: &[u8] = b"\x02SP\r\x03";
+/// The end of a text.
+const ETX: &[u8] = b"\x03";
 /// Commands that neither stop a program nor change how it runs.
 const QUERIES: [&str; 16] = [
     "RN", "SU", "SF", "SM", "CA", "EU", "MR", "VR", "AC", "AH", "IO", "PR", "VL", "MN", "PS", "ZC",
@@ -67,7 +69,7 @@ pub(crate) struct Disk {
     pub refuses: bool,
     /// It answers later.
     pub slow: bool,
-    /// What it has not answered yet.
+    /// The change that it has not answered yet.
     pending: Option<Change>,
 }
 
@@ -100,7 +102,7 @@ impl Disk {
     }
 }
 
-/// What the rules look at.
+/// The state that the rules look at.
 #[derive(Debug, Clone)]
 struct Observation {
     at: Time,
@@ -274,7 +276,7 @@ impl Watch {
 
     fn observe(&mut self, controller: &Controller) {
         let mut now = Observation::of(controller);
-        self.spoil(&mut now);
+        self.plant(&mut now);
         self.compare_files(controller);
         if let Some(last) = self.last.take() {
             self.compare(&last, &now);
@@ -285,7 +287,7 @@ impl Watch {
     }
 
     /// Plants the defect that a canary is.
-    fn spoil(&mut self, now: &mut Observation) {
+    fn plant(&self, now: &mut Observation) {
         let turn = (self.texts % 2) as f64;
         match self.canary {
             Some(Rule::StillWithoutServo) if !now.servo && now.at.since(self.servo_off) > BRAKING => {
@@ -339,7 +341,7 @@ impl Watch {
         }
         self.follow_do(now);
         self.follow_stop(last, now);
-        if last.powered && now.powered && !self.is_reset_by_power(last, now) {
+        if last.powered && now.powered {
             let requests = [
                 now.emergency_stop && !last.emergency_stop,
                 now.safety_open && !last.safety_open,
@@ -350,11 +352,6 @@ impl Watch {
                 }
             }
         }
-    }
-
-    /// Whether the power went between two observations: a button that is pressed then counts as none (T27.6).
-    fn is_reset_by_power(&self, last: &Observation, now: &Observation) -> bool {
-        self.is_reset && last.servo && !now.servo && now.active.is_empty()
     }
 
     fn follow_do(&mut self, now: &Observation) {
@@ -433,7 +430,7 @@ impl Watch {
             }
         };
         let (before, after) = (valid(self.before), valid(now));
-        // What changes in this moment may have come before or after the command.
+        // A change in this moment may have come before or after the command.
         let sure = before.filter(|_| before == after);
         if sure == Some(true) && verdict == Verdict::NotValid {
             self.report(
@@ -444,6 +441,9 @@ impl Watch {
         }
         if let Some(host) = self.hosts.get_mut(&port) {
             host.is_valid = sure;
+            if row == "SM" && verdict == Verdict::Served {
+                host.unseen = [false; 2];
+            }
         }
     }
 
@@ -495,6 +495,7 @@ impl Watch {
         let Some(host) = self.hosts.get_mut(&port) else {
             return;
         };
+        host.is_mid_text = !bytes.ends_with(ETX);
         match canary {
             Some(Rule::StopsReported) if bytes == SP => return,
             Some(Rule::SpOutsideExchanges) if turn && host.asked.is_some() => host.incoming.extend(SP),
