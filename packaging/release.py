@@ -129,6 +129,9 @@ def build(options):
         home = os.environ.get("CARGO_HOME") or os.path.join(os.path.expanduser("~"), ".cargo")
         places = [(sysroot, "/rust"), (home, "/cargo"), (ROOT, "/ts3100"), (work, "/target")]
         flags = ["--remap-path-prefix=%s=%s" % place for place in places]
+        if target == own:
+            # A position-independent program relocates itself at its start: in this form the table takes 400 kB less. zig's linker has it not.
+            flags.append("-Clink-arg=-Wl,-z,pack-relative-relocs")
         print("building %s" % target, flush=True)
         run(*cargo, "--locked", "--profile", "dist", "--package", "ts3100-emulator", "--bin", "ts3100", "--target", target,
             CARGO_ENCODED_RUSTFLAGS="\x1f".join(flags), CARGO_TARGET_DIR=work, CARGO_INCREMENTAL="0", PATH=path)
