@@ -1,7 +1,7 @@
 //! Random programs under random commands, from a seed: output, alarms and the pose at every moment do not depend on when
 //! and how often a host polls.
 //!
-//! `simulation.rs` checks invariants over random hosts; this suite compares two runs.
+//! The crate `ts3100-simulation` checks rules over random hosts; this suite compares two runs.
 
 use crate::extensions::scara;
 use std::fmt::Write;

@@ -35,7 +35,7 @@ const PROGRAMS: [&str; 10] = [
 ];
 
 /// Besides an example of every command: what makes more happen, and no command at all.
-const MORE: [&str; 34] = [
+const MORE: [&str; 40] = [
     "RN",
     "RN",
     "RN",
@@ -51,6 +51,8 @@ const MORE: [&str; 34] = [
     "SL,P1",
     "SL,P2",
     "SL,P3",
+    "SL,P4",
+    "SL,P5",
     "SL,P6",
     "SL,P7",
     "SL,P8",
@@ -66,8 +68,12 @@ const MORE: [&str; 34] = [
     "DO,DOUT(5)",
     "DO,DELAY 0.2",
     "DO,READY",
+    "DO,STOP",
+    "DO,INPUT IP1, A",
     "MW,0 A 0 7",
+    "MR,A 0",
     "IW,3 1",
+    "UL,P0",
     "UL,S1",
     "QQ",
 ];
