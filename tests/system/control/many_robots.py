@@ -5,17 +5,15 @@
 
 Uses the addresses from 127.1.0.1 on, with ports from 25000. Figures are in the benchmarks."""
 
-import http.client
 import json
 import os
 import re
-import resource
 import socket
 import sys
 import time
 
 sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "lib"))
-from emulator import Emulator, NotStarted, split, surroundings  # noqa: E402
+from emulator import Fleet, NotStarted  # noqa: E402
 from steps import Failed, equal, program, serving, true  # noqa: E402
 
 OFFSET = 24000
@@ -23,45 +21,6 @@ FIRST = "127.1.0.1"
 LIMIT = 20.0
 # The first letters of the answer to SU.
 STATUS = b"\x02FL,"
-
-
-class Fleet(Emulator):
-    """A `ts3100 serve` with several robots."""
-
-    def __init__(self, binary, *flags, files=None):
-        limit = (lambda: resource.setrlimit(resource.RLIMIT_NOFILE, (files, files))) if files else None
-        # Nothing of the program can be unwound: a refusal is one all the same.
-        super().__init__(binary, *flags, ports=("--control", "127.0.0.1:0"), env=surroundings(RUST_BACKTRACE="1"), preexec_fn=limit)
-        self.robots = self.ready["robots"]
-
-    def get(self, path):
-        """Status and body of what belongs to no robot."""
-        connection = http.client.HTTPConnection(*split(self.url[len("http://"):]), timeout=LIMIT)
-        connection.request("GET", path)
-        answer = connection.getresponse()
-        status, body = answer.status, answer.read()
-        connection.close()
-        return status, body
-
-    def started(self):
-        """The names of the robots that have started."""
-        return [robot["name"] for robot in json.loads(self.get("/robots")[1])["robots"] if robot["started"]]
-
-    def dial(self, name, port="ip0"):
-        """A connection to a port of a robot."""
-        robot = self.robots[name]
-        return socket.create_connection((robot["address"], robot["ports"][port]), LIMIT)
-
-    def memory(self):
-        """Resident kB."""
-        with open("/proc/%d/status" % self.process.pid, encoding="ascii") as status:
-            return int(re.search(r"VmRSS:\s+(\d+)", status.read()).group(1))
-
-    def worked(self):
-        """Seconds of processor time so far."""
-        with open("/proc/%d/stat" % self.process.pid, encoding="ascii") as stat:
-            fields = stat.read().rsplit(")", 1)[1].split()
-        return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
 
 
 def status_of(connection):

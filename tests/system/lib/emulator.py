@@ -3,10 +3,14 @@ product; the control interface is used through the Python package of `clients/py
 
 import argparse
 import functools
+import http.client
 import json
 import os
+import re
+import resource
 import select
 import signal
+import socket
 import subprocess
 import sys
 import tempfile
@@ -122,6 +126,45 @@ class Emulator:
                 self.stop()
         finally:
             self.kill()
+
+
+class Fleet(Emulator):
+    """A `ts3100 serve` with several robots."""
+
+    def __init__(self, binary, *flags, files=None):
+        limit = (lambda: resource.setrlimit(resource.RLIMIT_NOFILE, (files, files))) if files else None
+        # Nothing of the program can be unwound: a refusal is one all the same.
+        super().__init__(binary, *flags, ports=("--control", "127.0.0.1:0"), env=surroundings(RUST_BACKTRACE="1"), preexec_fn=limit)
+        self.robots = self.ready["robots"]
+
+    def get(self, path):
+        """Status and body of what belongs to no robot."""
+        connection = http.client.HTTPConnection(*split(self.url[len("http://"):]), timeout=READY_TIMEOUT)
+        connection.request("GET", path)
+        answer = connection.getresponse()
+        status, body = answer.status, answer.read()
+        connection.close()
+        return status, body
+
+    def started(self):
+        """The names of the robots that have started."""
+        return [robot["name"] for robot in json.loads(self.get("/robots")[1])["robots"] if robot["started"]]
+
+    def dial(self, name, port="ip0"):
+        """A connection to a port of a robot."""
+        robot = self.robots[name]
+        return socket.create_connection((robot["address"], robot["ports"][port]), READY_TIMEOUT)
+
+    def memory(self):
+        """Resident kB."""
+        with open("/proc/%d/status" % self.process.pid, encoding="ascii") as status:
+            return int(re.search(r"VmRSS:\s+(\d+)", status.read()).group(1))
+
+    def worked(self):
+        """Seconds of processor time so far."""
+        with open("/proc/%d/stat" % self.process.pid, encoding="ascii") as stat:
+            fields = stat.read().rsplit(")", 1)[1].split()
+        return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
 
 
 def options(description):
