@@ -155,6 +155,7 @@ def source():
     """format, lints, documentation, licences, the oldest compiler, other platforms as far as the compiler sees them from here"""
     run("cargo", "fmt", "--all", "--check")
     calls()
+    run(sys.executable, "tests/trust.py", "page", "--check")
     lints()
     run("cargo", "doc", "--locked", "--workspace", "--no-deps", RUSTDOCFLAGS="-D warnings")
     dependencies()
@@ -255,15 +256,8 @@ def hosts():
 
 
 def trust():
-    """cells under random traffic, the rules of the manual against a second opinion, kill -9 over all that is written, and a planted defect that each must find"""
-    def opinion(*words):
-        return [sys.executable, "tests/oracle/compare.py", "--serve", dist(), *words]
-    together(second_opinion=opinion(), canaries=opinion("--canary", "all"))
-    # Its canaries are found in the tests.
-    run(dist(), "simulate", "--steps", "400000", "--out", SCRATCH / "simulation.txt")
-    # Counts on the processor: what comes in the middle of a change depends on its speed.
-    run(*serving("hosts/crash"))
-    run(*serving("hosts/crash", "--canary"))
+    """what the page Trust names, in its bounded form: simulation, second opinion, kill -9, soak, and the defects planted for them"""
+    run(sys.executable, "tests/trust.py", "run", "--serve", dist())
 
 
 def control():

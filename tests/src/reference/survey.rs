@@ -118,7 +118,7 @@ pub(super) fn trust() -> String {
     format!(
         "**Proven and assumed.** {tested} of {all} statements of the maker's manuals and of real hosts have a test. Beyond them the emulator has to\n\
          decide {rows} points: {known} are stated elsewhere, observed or inferred, {} are assumed and {} are ours. `ts3100 fidelity` counts them, and\n\
-         [Fidelity](docs/explanation/fidelity.md) lists them. [Tell us how your robot answers](docs/how-to/survey.md).",
+         [Fidelity](docs/explanation/fidelity.md) lists them. [Trust](docs/explanation/trust.md) has the checks and their commands. [Tell us how your robot answers](docs/how-to/survey.md).",
         count(EvidenceLevel::Assumed),
         count(EvidenceLevel::Ours),
     )
