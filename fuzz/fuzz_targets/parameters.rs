@@ -1,46 +1,4 @@
-//! Fuzzes the parameter files: arbitrary contents of ETHERNET.PAR and USER.PAR are read, and a power cycle happens with
-//! them on the drive.
-//!
-//! Nothing panics, and broken files keep the last good values.
+//! Gives what libFuzzer makes to `ts3100_fuzz::parameters`.
 #![no_main]
 
-use libfuzzer_sys::fuzz_target;
-use ts3100_controller::{Input, PanelAction};
-use ts3100_fuzz::Robot;
-use ts3100_proto::parameter::{Edition, EthernetParameters, LineEnd, UserParameters};
-
-fuzz_target!(|content: &[u8]| {
-    let (ethernet, _) = EthernetParameters::parse(content, &EthernetParameters::factory());
-    let (user, _) = UserParameters::parse(content, &UserParameters::factory(), Edition::SixAxis);
-    // An empty file keeps every value, and an encoded one reads the same.
-    assert_eq!(EthernetParameters::parse(b"", &ethernet).0, ethernet);
-    assert_eq!(UserParameters::parse(b"", &user, Edition::SixAxis).0, user);
-    let written = ethernet.encode(LineEnd::Lf);
-    assert_eq!(
-        EthernetParameters::parse(&written, &EthernetParameters::factory()).0,
-        ethernet
-    );
-    let _ = UserParameters::parse(content, &user, Edition::Scara);
-    let mut robot = Robot::new(true);
-    for name in ["ETHERNET.PAR", "USER.PAR"] {
-        let _ = robot.seat.controller.put_file(name, content);
-    }
-    let stored = |name: &str| {
-        let mut files = robot.seat.controller.files();
-        files
-            .find(|(found, _)| *found == name)
-            .map(|(_, content)| content.to_vec())
-    };
-    let (network, lines) = (stored("ETHERNET.PAR"), stored("USER.PAR"));
-    let (before, lines_before) = (
-        robot.seat.controller.ethernet().clone(),
-        *robot.seat.controller.user(),
-    );
-    robot.feed(Input::by_hand(PanelAction::PowerCycle));
-    robot.advance(1_000);
-    // The power-on takes what the files say, and for the rest the values of before.
-    let expected = EthernetParameters::parse(&network.unwrap_or_default(), &before).0;
-    assert_eq!(*robot.seat.controller.ethernet(), expected);
-    let expected = UserParameters::parse(&lines.unwrap_or_default(), &lines_before, Edition::SixAxis).0;
-    assert_eq!(*robot.seat.controller.user(), expected);
-});
+libfuzzer_sys::fuzz_target!(|data: &[u8]| ts3100_fuzz::parameters::check(data));

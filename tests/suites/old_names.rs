@@ -123,6 +123,7 @@ fn sources() -> Vec<PathBuf> {
         ("fixtures/transcripts", &["txt"]),
         ("benches", &["rs", "md"]),
         ("fuzz/fuzz_targets", &["rs"]),
+        ("fuzz/src", &["rs"]),
         ("packaging", &["lua", "Dockerfile"]),
     ] {
         for extension in extensions {
