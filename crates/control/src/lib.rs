@@ -194,7 +194,7 @@ fn router(robots: Arc<dyn Robots>, settings: ControlSettings) -> Router {
             get(async |Path(file): Path<String>, headers: HeaderMap| ui_file(&file, &headers)),
         )
         .route("/docs", get(async |headers: HeaderMap| page(&EXPLORER, &headers)));
-    let calls = book::with_book(calls);
+    let calls = route_table::with_refusals(book::with_book(calls));
     Router::new()
         .fallback_service(calls)
         .layer(axum::middleware::from_fn_with_state(robots, robots::find))

@@ -70,7 +70,11 @@ pub(crate) use calls;
 /// The router of these calls.
 pub fn router(calls: Vec<Call>) -> Router {
     let add = |router: Router, call: Call| router.route(call.path, call.methods);
-    let router = calls.into_iter().fold(Router::new(), add);
+    calls.into_iter().fold(Router::new(), add)
+}
+
+/// Has a [`Problem`] answer what no route does. Call it last: a route that comes later would refuse a method without a word.
+pub fn with_refusals(router: Router) -> Router {
     router
         .fallback(no_such_path)
         .method_not_allowed_fallback(no_such_method)

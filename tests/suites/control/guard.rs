@@ -557,7 +557,9 @@ fn what_cannot_be_read_is_refused_with_words() {
     );
     robot.refused(400, "POST", "/program/stop", "{\"now\":true}");
     robot.refused(404, "GET", "/no/such/path", "");
-    robot.refused(405, "POST", "/state", "");
+    for path in ["/state", "/", "/docs", "/openapi.json", "/book/"] {
+        robot.refused(405, "POST", path, "");
+    }
     robot.refused(400, "GET", "/inputs/first", "");
     robot.refused(400, "GET", "/events?since=x", "");
     let large = format!("{{\"text\":\"{}\"}}", "A".repeat(300_000));
