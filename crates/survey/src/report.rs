@@ -7,7 +7,7 @@ use crate::catalogue;
 use crate::probe::{Probe, Verdict};
 use crate::session::Reply;
 use serde::Deserialize;
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write as _;
 use ts3100_proto::words::Word as _;
 
@@ -81,7 +81,7 @@ pub struct Report {
 }
 
 /// Why a file cannot be read.
-#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum ReportError {
     /// The file is not TOML, or lacks a field.
     #[error("{0}")]
@@ -100,6 +100,17 @@ pub enum ReportError {
         /// Of its content.
         computed: String,
     },
+    /// An answer decides an option whose name is none, or begins that of another.
+    #[error("answer {probe}: `{option}` is not the name of an option, such as su.layout")]
+    Option {
+        /// Name of the question.
+        probe: String,
+        /// The word.
+        option: String,
+    },
+    /// The answer times are not what [`Report::answer_times`] has.
+    #[error("delays: expected milliseconds from 0 on, found {0}")]
+    Delay(f64),
     /// An answer has a verdict that is none.
     #[error("answer {probe}: `{verdict}` is not a verdict")]
     Verdict {
@@ -274,17 +285,50 @@ impl Report {
                 traffic: table.traffic,
             })
         });
+        let answers: Vec<Answer> = answers.collect::<Result<_, _>>()?;
+        check_options(&answers)?;
+        let times = file.delays.ms.iter();
+        // Not a number is neither.
+        let mut wrong = times.filter(|time| !(time.is_finite() && **time >= 0.0));
+        if let Some(time) = wrong.next() {
+            return Err(ReportError::Delay(*time));
+        }
         Ok(Report {
             made_by: file.made_by,
             share: file.share,
             versions: file.controller.versions,
             arm: file.controller.arm,
-            answers: answers.collect::<Result<_, _>>()?,
+            answers,
             stopped: file.stopped,
             left: file.left,
             answer_times: file.delays.ms,
         })
     }
+}
+
+/// Checks that the table of options can be written: a name is words of it joined by dots, and a name that begins another
+/// would be a value and a table at once.
+fn check_options(answers: &[Answer]) -> Result<(), ReportError> {
+    let is_word = |word: &str| {
+        let letter = |byte: u8| byte.is_ascii_lowercase() || byte.is_ascii_digit() || byte == b'_';
+        !word.is_empty() && word.bytes().all(letter)
+    };
+    let named = |answer: &Answer| answer.sets.as_ref().map(|(option, _)| option.clone());
+    let names: BTreeSet<String> = answers.iter().filter_map(named).collect();
+    for answer in answers {
+        let Some((option, _)) = &answer.sets else {
+            continue;
+        };
+        let table = format!("{option}.");
+        let begins_another = names.iter().any(|name| name.starts_with(&table));
+        if begins_another || !option.split('.').all(is_word) {
+            return Err(ReportError::Option {
+                probe: answer.probe.clone(),
+                option: option.clone(),
+            });
+        }
+    }
+    Ok(())
 }
 
 /// A question that two controllers answer in different ways.

@@ -56,6 +56,31 @@ fn the_file_is_read_as_it_was_written_and_a_change_is_noticed() {
     assert_eq!(names(&fewer, &report), (expected.0, Vec::new(), only));
 }
 
+#[test]
+fn an_option_without_a_name_and_a_time_that_is_none_are_refused() {
+    let text = surveyed(&[("su.layout", "six-records")], &[Class::Look]).write();
+    let refused = |from: &str, to: &str| {
+        let changed = text.replacen(from, to, 1);
+        let Err(ReportError::Checksum { found, computed }) = Report::read(&changed) else {
+            panic!("{from} is not in {text}");
+        };
+        let read = Report::read(&changed.replacen(&found, &computed, 1));
+        read.unwrap_err().to_string()
+    };
+    let option = "option = \"su.layout\"";
+    for name in ["su layout", "su..layout", "", "su\\nlayout", "SU.LAYOUT", "text"] {
+        let message = refused(option, &format!("option = \"{name}\""));
+        assert!(
+            message.contains("is not the name of an option"),
+            "{name}: {message}"
+        );
+    }
+    for time in ["nan", "inf", "-0.5"] {
+        let message = refused("\nms = [", &format!("\nms = [{time}, "));
+        assert!(message.starts_with("delays: expected milliseconds"), "{message}");
+    }
+}
+
 /// What a host of another day says, and when.
 const HELD: &[&[u8]] = &[
     b"\x02SU\r\x03",
