@@ -1,7 +1,9 @@
 #!/usr/bin/env python3
-"""Writes the seed corpus of every fuzz target from fixtures/ into the folder named: programs, transcripts, parameter files.
+"""Writes the seed corpus of every fuzz target into the folder named: from fixtures/ programs, transcripts, snapshots and surveys, the recorded
+calls of the control interface, parameter files, and what a client of RFC 2217 says.
 
-The formats are those that src/lib.rs and the targets read."""
+The formats are those that src/ reads."""
+import json
 import pathlib
 import re
 import sys
@@ -49,9 +51,41 @@ def around(source):
     return script + passing(3000) + operation(range(17, 18)) + passing(2000) + operation(range(16, 17)) + passing(9000)
 
 
+def calls():
+    """The calls of the recorded session with the control interface, by name."""
+    for number, entry in enumerate(json.loads((ROOT / "crates/control/assets/examples.json").read_text())):
+        path = entry["call"]
+        for name, value in entry.get("parameters", {}).items():
+            path = path.replace("{%s}" % name, str(value))
+        body = json.dumps(entry["request"]) if "request" in entry else ""
+        yield "%03d" % number, (path + "\n" + body).encode()
+
+
+def telnet():
+    """What a client of RFC 2217 says: an offer, the settings, masks, a break, a purge, bytes."""
+    iac, end = b"\xff", b"\xff\xf0"
+    commands = [b"\x00", b"\x01\x00\x00\x25\x80", b"\x02\x07", b"\x03\x03", b"\x04\x02", b"\x05\x05", b"\x05\x06", b"\x05\x07", b"\x08",
+                b"\x09", b"\x0a\x60", b"\x0b\xff\xff", b"\x0c\x03"]
+    said = [iac + verb + option for verb in (b"\xfb", b"\xfd") for option in (b"\x00", b"\x03", b"\x2c")]
+    said += [iac + b"\xfa\x2c" + command + end for command in commands] + [b"\x02SU\r\x03", b"\xff\xff", b"\x02OK\r\x03"]
+    for number, piece in enumerate([*said, b"".join(said)]):
+        parts = [piece[at : at + 100] for at in range(0, len(piece), 100)]
+        yield "%02d" % number, b"".join(bytes([len(part)]) + part for part in parts)
+
+
+def surveys():
+    """Surveys with one answer each, and one with all that a survey can say besides."""
+    head, *answers = (ROOT / "fixtures/controllers/emulator-six-axes.toml").read_text().split("\n[[answer]]")
+    head = head[: head.index("# From a command")]
+    for number, answer in enumerate(answers):
+        yield "%02d" % number, (head + "\n[[answer]]" + answer).encode()
+    head = head.replace("\n[controller]", 'stopped = "no answer"\nleft = ["servo power"]\n\n[controller]')
+    yield "stopped", (head + "\n[delays]\nms = [0.0, 0.5, 1.5, 2.0, 9.0]\n").encode()
+
+
 def main(folder):
     folder = pathlib.Path(folder)
-    for name in ["front", "run", "cell", "protocol", "parameters"]:
+    for name in ["front", "run", "cell", "protocol", "parameters", "snapshot", "rfc2217", "control", "recording", "survey", "canary"]:
         (folder / name).mkdir(parents=True, exist_ok=True)
     for path in sorted((ROOT / "fixtures/scol").glob("*/*.scol")):
         name, source = f"{path.parent.name}-{path.stem}", path.read_text()
@@ -63,6 +97,17 @@ def main(folder):
             (folder / "cell" / name).write_bytes(source.replace("\n", "\r").encode() + around(source))
     for path in sorted((ROOT / "fixtures/transcripts").glob("*.txt")):
         (folder / "protocol" / path.stem).write_bytes(transcript(path.read_text()))
+        (folder / "recording" / path.stem).write_bytes(b"0" + path.read_bytes())
+    (folder / "recording" / "json").write_bytes(b"1" + (ROOT / "fixtures/golden/events/transcript.jsonl").read_bytes())
+    for number in range(len(list((ROOT / "fixtures/snapshots/v1").glob("*.json")))):
+        (folder / "snapshot" / str(number)).write_bytes(bytes([number, 0]) + passing(1000))
+    (folder / "canary" / "wd").write_bytes(b"WD,9999 8")
+    for name, said in telnet():
+        (folder / "rfc2217" / name).write_bytes(said)
+    for name, call in calls():
+        (folder / "control" / name).write_bytes(call)
+    for name, file in surveys():
+        (folder / "survey" / name).write_bytes(file)
     for path in sorted((ROOT / "fuzz/parameters").glob("*.par")):
         (folder / "parameters" / path.stem).write_bytes(path.read_bytes())
 

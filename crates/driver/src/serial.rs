@@ -9,7 +9,7 @@ mod device;
 mod parmrk;
 #[cfg(unix)]
 mod pty;
-mod rfc2217;
+pub mod rfc2217;
 mod tcp;
 #[cfg(unix)]
 mod terminal;
