@@ -250,6 +250,21 @@ fn impossible() -> Vec<(&'static str, Json, &'static str)> {
         ),
         ("/executor/tasks/2/machine/task", 3.into(), "executor.tasks.2"),
         (
+            "/panel/run_total/secs",
+            1_000_000.into(),
+            "panel.run_total: expected no more than has passed since the power came on",
+        ),
+        (
+            "/maintenance/servo/before/secs",
+            1_000_000.into(),
+            "maintenance: expected durations no longer than the time that has passed",
+        ),
+        (
+            "/arm/active/motion/profile/phases/0/duration",
+            (-1).into(),
+            "arm.active: expected a posture of the arm, found a motion with finite times and places",
+        ),
+        (
             "/executor/direct_ended",
             10.into(),
             "executor.direct_ended: expected at most 9",
@@ -287,6 +302,24 @@ fn an_interrupted_motion_is_validated_too() {
     *path.unwrap() = serde_json::json!({"Chain": {"motions": [], "duration": 1.0}});
     let error = round_trip::from_json(&json.to_string()).map(drop).unwrap_err();
     assert!(error.contains("arm.interrupted"), "{error}");
+}
+
+/// A snapshot may begin right at the bound of a counter: what it becomes is still a snapshot.
+#[test]
+fn counters_of_wear_stay_at_their_bound() {
+    let mut json: Json = serde_json::from_str(&round_trip::to_json(&busy().seat.controller)).unwrap();
+    for counter in ["way", "torque", "square"] {
+        let place = format!("/arm/wear/total/{counter}");
+        let axes = json.pointer_mut(&place).unwrap().as_array_mut().unwrap();
+        axes.iter_mut().for_each(|axis| *axis = 1e18.into());
+    }
+    let controller = round_trip::from_json(&json.to_string()).unwrap();
+    let mut robot = Robot::from_controller(controller);
+    robot.advance_ms(5_000);
+    // Counted are motions when they end or change.
+    robot.panel(PanelAction::PowerCycle);
+    let again = round_trip::from_json(&round_trip::to_json(&robot.seat.controller));
+    assert!(again.is_ok(), "{:?}", again.err());
 }
 
 /// Changes one place of a value.

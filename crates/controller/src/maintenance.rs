@@ -37,6 +37,12 @@ impl DurationMeter {
         }
     }
 
+    /// Whether so much time has passed; for a snapshot.
+    fn is_valid(&self, now: Time) -> bool {
+        let until = self.since.unwrap_or(now);
+        until <= now && self.before <= until.since(Time::ZERO)
+    }
+
     fn minutes(&self, now: Time) -> f64 {
         let present = self.since.map_or(Duration::ZERO, |since| now.since(since));
         self.before.saturating_add(present).as_secs_f64() / MINUTE
@@ -125,10 +131,10 @@ impl MaintenanceCounters {
         bases.into_iter().all(|base| (0.0..=MAX_BASE).contains(base))
     }
 
-    /// The longest of its durations, for a check of one that was read.
-    pub(crate) fn longest(&self) -> Duration {
+    /// Whether no duration is longer than the time that has passed; for a snapshot.
+    pub(crate) fn has_valid_durations(&self, now: Time) -> bool {
         let meters = [self.energised, self.off, self.fault, self.servo];
-        meters.iter().map(|meter| meter.before).max().unwrap_or_default()
+        meters.iter().all(|meter| meter.is_valid(now))
     }
 }
 

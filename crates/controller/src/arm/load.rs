@@ -39,8 +39,8 @@ fn slot_micros(window: Duration) -> u64 {
 }
 
 impl LoadHistory {
-    /// Adds a motion between two moments, whose squared torque integrates to this.
-    pub(super) fn add(&mut self, from: Time, until: Time, square: Joints) {
+    /// Adds a motion between two moments, whose squared torque integrates to this. No slot counts beyond `most`.
+    pub(super) fn add(&mut self, from: Time, until: Time, square: Joints, most: f64) {
         let took = until.since(from).as_secs_f64();
         if took <= 0.0 || square.iter().all(|square| *square <= 0.0) {
             return;
@@ -52,13 +52,16 @@ impl LoadHistory {
             let oldest = last.saturating_sub(SLOTS);
             slots.retain(|slot| slot.number >= oldest);
             for number in (from / width).max(oldest)..=last {
-                let (begin, end) = (number * width, (number + 1) * width);
+                // The last slot may not end before time does.
+                let (begin, end) = (number * width, (number + 1).saturating_mul(width));
                 let within = end.min(until).saturating_sub(begin.max(from));
                 // A motion counts evenly over its time: its share in a slot is that of the time it spends there.
                 let share = Duration::from_micros(within).as_secs_f64() / took;
                 let part = square.map(|square| square * share);
                 match slots.last_mut().filter(|slot| slot.number == number) {
-                    Some(slot) => slot.square = pairwise(slot.square, part, |one, other| one + other),
+                    Some(slot) => {
+                        slot.square = pairwise(slot.square, part, |one, other| (one + other).min(most));
+                    }
                     None => slots.push(Slot { number, square: part }),
                 }
             }
@@ -75,7 +78,8 @@ impl LoadHistory {
         let mut sum = Joints::default();
         for slot in slots {
             // Of the slot in which the window begins only the end counts, of an older one nothing.
-            let inside = ((slot.number + 1) * width).saturating_sub(begin).min(width);
+            let end = (slot.number + 1).saturating_mul(width);
+            let inside = end.saturating_sub(begin).min(width);
             let share =
                 Duration::from_micros(inside).as_secs_f64() / Duration::from_micros(width).as_secs_f64();
             sum = pairwise(sum, slot.square, |sum, square| sum + square * share);
@@ -122,7 +126,7 @@ mod tests {
         let mut square = Joints::default();
         // One second at 100 %.
         square[0] = 10_000.0;
-        history.add(at(0), at(1_000), square);
+        history.add(at(0), at(1_000), square, f64::MAX);
         let expected = |seconds: f64| 100.0 * (1.0 / seconds).sqrt();
         assert!((first(history.factor(0, at(1_000))) - expected(3.0)).abs() < 1e-9);
         assert!((first(history.factor(0, at(3_000))) - expected(3.0)).abs() < 1e-9);
@@ -144,7 +148,7 @@ mod tests {
         let mut history = LoadHistory::default();
         let square = [1.0; _];
         for step in 0..10_000 {
-            history.add(at(step * 1_000), at(step * 1_000 + 900), square);
+            history.add(at(step * 1_000), at(step * 1_000 + 900), square, f64::MAX);
         }
         assert!(
             history

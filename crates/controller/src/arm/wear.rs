@@ -13,6 +13,9 @@ use core::time::Duration;
 /// Time over which the present torque is averaged.
 const TORQUE_SPAN: Duration = Duration::from_millis(1);
 
+/// The highest number that is counted: more than any arm does in the time there is.
+const MOST: f64 = 1e18;
+
 /// Totals of the axes, and their load of late.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -28,14 +31,15 @@ pub struct Wear {
 impl Wear {
     fn add(&mut self, effort: &Effort, until: Time) {
         self.total.add(effort);
-        self.loads.add(self.until, until, effort.square);
+        // A snapshot may begin right at the bound.
+        self.total = self.total.within(MOST);
+        self.loads
+            .add(self.until, until, effort.within(MOST).square, MOST);
         self.until = until;
     }
 
     /// Whether the numbers are possible; for a snapshot.
     pub(crate) fn is_valid(&self, now: Time) -> bool {
-        /// More than any arm does in the time there is.
-        const MOST: f64 = 1e18;
         let numbers = self.total.numbers().all(|number| (0.0..=MOST).contains(&number));
         numbers && self.loads.is_valid(now, MOST)
     }

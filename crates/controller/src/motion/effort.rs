@@ -45,6 +45,19 @@ impl Effort {
         };
     }
 
+    /// The same, with no number below 0 or above `most`.
+    pub(crate) fn within(self, most: f64) -> Effort {
+        // A number that is none becomes 0.
+        let within = |number: f64| number.max(0.0).min(most);
+        Effort {
+            way: self.way.map(within),
+            torque: self.torque.map(within),
+            square: self.square.map(within),
+            peak: self.peak.map(within),
+            seconds: within(self.seconds),
+        }
+    }
+
     /// The mean over its time of one of its integrals; 0 where there was none.
     pub(crate) fn mean(&self, integral: Joints) -> Joints {
         integral.map(|sum| {

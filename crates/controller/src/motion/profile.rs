@@ -278,15 +278,21 @@ impl Profile {
         ends.map(within).filter(|(begin, end)| begin < end)
     }
 
-    /// Whether it leads from one end of a path to the other and is made of numbers; for a snapshot.
+    /// Whether it leads from one end of a path to the other, and is valid; for a snapshot.
     pub fn is_whole(&self) -> bool {
+        self.is_valid() && self.duration() > 0.0 && [self.start, self.end] == [0.0, 1.0]
+    }
+
+    /// Whether it is made of numbers and never leads back; for a snapshot.
+    pub fn is_valid(&self) -> bool {
         let is_number = |phase: &ProfilePhase| {
             phase.duration >= 0.0
                 && phase.duration.is_finite()
                 && phase.speed.is_finite()
                 && phase.accel.is_finite()
         };
-        self.phases.iter().all(is_number) && self.duration() > 0.0 && [self.start, self.end] == [0.0, 1.0]
+        let ends = self.start.is_finite() && self.end.is_finite() && self.start <= self.end;
+        ends && self.phases.iter().all(is_number)
     }
 
     /// Where it rests.

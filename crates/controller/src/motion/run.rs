@@ -320,9 +320,10 @@ impl Motion {
     /// Whether its times and places are numbers, with an end; for a motion that was read.
     pub fn is_valid(&self, model: &ArmModel) -> bool {
         let times = [self.since, self.joined, self.before];
-        let places = [self.profile.duration(), self.profile.end(), self.tool_way];
         times.iter().all(|time| *time <= NEVER)
-            && places.iter().all(|place| place.is_finite())
+            && self.tool_way.is_finite()
+            && self.profile.is_valid()
+            && self.profile.duration().is_finite()
             && self.path.matches_arm(&model.kind)
     }
 

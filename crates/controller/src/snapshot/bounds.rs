@@ -126,8 +126,19 @@ fn check_state(robot: &Robot) -> CheckResult {
     check_range("panel.jog_mode.coordinate", state.jog_mode.coordinate, 0..=3)?;
     check_range("panel.jog_mode.rate", state.jog_mode.rate, 0..=2)?;
     check_range("panel.jog_mode.mode", state.jog_mode.mode, 0..=2)?;
-    check_duration("panel.run_total", state.run_total)?;
-    check_duration("maintenance", robot.maintenance.longest())?;
+    let now = robot.context.now;
+    let run_until = state.running_since.unwrap_or(now);
+    let holds = run_until <= now && state.run_total <= run_until.since(state.powered_at);
+    let expected = "no more than has passed since the power came on";
+    check(
+        holds,
+        "panel.run_total",
+        expected,
+        format!("{:?}", state.run_total),
+    )?;
+    let holds = robot.maintenance.has_valid_durations(now);
+    let expected = "durations no longer than the time that has passed";
+    check(holds, "maintenance", expected, "longer ones")?;
     let expected = "what items showed when they were reset";
     check(
         robot.maintenance.has_valid_bases(),

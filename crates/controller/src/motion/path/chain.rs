@@ -48,6 +48,17 @@ pub(in crate::motion) struct ChainedMotion {
 }
 
 impl ChainedMotion {
+    /// Whether its numbers are possible, for one that was read.
+    fn is_valid(&self) -> bool {
+        let Rates { speed, accel, decel } = self.rates;
+        let is_rate = |rate: f64| rate > 0.0 && rate.is_finite();
+        let is_amount = |amount: f64| amount >= 0.0 && amount.is_finite();
+        self.profile.is_valid()
+            && self.profile.duration().is_finite()
+            && [speed, accel, decel].into_iter().all(is_rate)
+            && [self.begins, self.tool_way].into_iter().all(is_amount)
+    }
+
     /// A motion from a state on its path.
     pub(in crate::motion) fn new(
         path: Path,
@@ -145,8 +156,11 @@ impl Chain {
     pub(in crate::motion) fn matches_arm(&self, kind: &ArmKind) -> bool {
         let count = 1..=MAX_MOTIONS + 1;
         let fits = |path: &Path| !matches!(path, Path::Chain(_)) && path.matches_arm(kind);
-        let fit = self.motions.iter().all(|motion| fits(&motion.path));
-        count.contains(&self.motions.len()) && self.duration > 0.0 && fit
+        let fit = self
+            .motions
+            .iter()
+            .all(|motion| fits(&motion.path) && motion.is_valid());
+        count.contains(&self.motions.len()) && self.duration > 0.0 && self.duration.is_finite() && fit
     }
 
     /// Fastest the tool point is, mm/s, with a margin for where two motions are added.
