@@ -221,9 +221,9 @@ def build():
 
 
 def fuzzing():
-    """twelve seconds a target"""
+    """six seconds a target"""
     packages("c++:g++")
-    run("fuzz/run", "12")
+    run("fuzz/run", "6")
 
 
 def documents():

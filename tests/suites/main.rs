@@ -30,6 +30,7 @@ mod faults;
 mod field_bus;
 mod findings;
 mod four_axes;
+mod fuzzing;
 mod house;
 mod jogging;
 mod kinematics;
