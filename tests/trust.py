@@ -105,7 +105,7 @@ def cell(text):
 def page(table, results):
     """The page."""
     lines = ["# Trust", "", "What is known of the emulator's errors, and how: each figure has the command that gives it. The page is written by",
-             "`python3 tests/trust.py page`. The commands are run in a clone, with the built program in the place of `ts3100`.", "",
+             "`python3 tests/trust.py page`. The commands are run in a clone, with the path of the built program for `ts3100`.", "",
              "## What is not known", "", *("- " + text for text in table["unknown"]), "",
              "## What is checked", "",
              "The bounded form is run by CI with every change; the whole one by hand. A figure says which of the two it is of, and the commit.", ""]
