@@ -186,6 +186,27 @@ mod tests {
     }
 
     #[test]
+    fn a_time_is_read_only_as_it_is_written_and_only_if_it_exists() {
+        let leap_day = at(2024, 2, 29, 23, 59, 59);
+        assert_eq!("2024-02-29 23:59:59".parse(), Ok(leap_day));
+        for wrong in [
+            "2024-2-29 23:59:59",
+            "2024-02-29-23-59-59",
+            "2024-02-29 23:59:59:00",
+            "2024-02-30 23:59:59",
+            "2023-02-29 23:59:59",
+            "2024-13-01 23:59:59",
+            "2024-02-29 24:00:00",
+            "2024-02-29 23:60:00",
+            "2024-02-29 23:59:60",
+            "2024-02-00 23:59:59",
+        ] {
+            let error = CalendarError(wrong.to_string());
+            assert_eq!(wrong.parse::<CalendarTime>(), Err(error), "{wrong}");
+        }
+    }
+
+    #[test]
     fn every_day_of_an_era_is_followed_by_the_next() {
         let mut day = at(1899, 12, 31, 5, 6, 7);
         for _ in 0..DAYS_PER_ERA {

@@ -383,6 +383,10 @@ mod tests {
         let eu = file(b"1\r002-046 14-02-06 00:00:01\r", &[EOF], Framing::Stx);
         let found = values("EU", &eu);
         assert!(
+            found.contains(&("eu.count".to_string(), "`1\\r`".to_string())),
+            "{found:?}"
+        );
+        assert!(
             found.contains(&("eu.1.date".to_string(), "`14-02-06 00:00:01`".to_string())),
             "{found:?}"
         );
@@ -394,12 +398,36 @@ mod tests {
         let found: Vec<String> = values("AC", &ac).into_iter().map(|(key, _)| key).collect();
         let keys = ["text.stx", "ac.count", "ac.1.alarm", "ac.1.message", "ac.1.date"];
         assert_eq!(found[..5], keys);
+        let parts = ["`1,`", "`2-046,`", "`OUT,`", "`2014-02-06 00:00:01\\r`"];
+        let found: Vec<String> = values("AC", &ac).into_iter().map(|(_, value)| value).collect();
+        assert_eq!(found[1..5], parts);
         let ca = file(b"TEST 19\r", &[EOF], Framing::Stx);
         assert!(values("CA", &ca).contains(&("ca.TEST".to_string(), "`TEST 19\\r`".to_string())));
         assert_eq!(
             values("SO", b"\x02NG\r\x03")[1],
             ("reply".to_string(), "`NG\\r`".to_string())
         );
+    }
+
+    #[test]
+    fn items_without_a_label_have_numbers() {
+        let su = file(b"MODE:teaching/cycle FILE :50%", &[EOF], Framing::Bare);
+        let found = values("SU", &su);
+        let items: Vec<&str> = found.iter().map(|(key, _)| key.as_str()).collect();
+        assert_eq!(items[..3], ["su.mode", "su.2", "su.3"]);
+    }
+
+    #[test]
+    fn a_binary_text_of_no_known_form_ends_at_its_first_etx_once_none_can_come() {
+        let longest = FL.len() + io::LENGTH + 3;
+        for framing in [Framing::Stx, Framing::Bare] {
+            let mut wire = file(&[0; io::LENGTH + 4], &[], framing);
+            let start = usize::from(framing == Framing::Stx);
+            let first = start + FL.len() + 10;
+            wire[first - 1] = ETX;
+            assert_eq!(text_length("IO", &wire[..start + longest - 1]), None);
+            assert_eq!(text_length("IO", &wire[..start + longest]), Some(first));
+        }
     }
 
     #[test]

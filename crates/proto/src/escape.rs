@@ -198,6 +198,22 @@ mod tests {
     }
 
     #[test]
+    fn text_that_is_not_bytes_is_an_error_with_its_reason() {
+        let cases = [
+            ("a<1A", EscapeError::Unclosed("1A".into())),
+            ("<1G>", EscapeError::NotByte("1G".into())),
+            ("<BEL>", EscapeError::UnknownCode("BEL".into())),
+            ("a<*2>", EscapeError::Count("a<*2>".into())),
+            ("<*>", EscapeError::Count("<*>".into())),
+            ("a\n", EscapeError::NotPrintable('\n')),
+            ("ä", EscapeError::NotPrintable('ä')),
+        ];
+        for (text, error) in cases {
+            assert_eq!(parse(text), Err(error), "{text}");
+        }
+    }
+
+    #[test]
     fn an_open_bracket_is_an_error() {
         let found: Vec<_> = units("a<CR>b<1A").collect();
         assert_eq!(found.len(), 4);

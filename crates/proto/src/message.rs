@@ -102,6 +102,17 @@ mod tests {
         assert!(!joiner.is_partial());
     }
 
+    #[test]
+    fn a_joiner_that_holds_more_than_a_message_is_not_valid() {
+        for (held, valid) in [(0, true), (MAX_MESSAGE, true), (MAX_MESSAGE + 1, false)] {
+            let joiner = MessageJoiner {
+                parts: vec![b'A'; held],
+                too_long: false,
+            };
+            assert_eq!(joiner.is_valid(), valid, "{held}");
+        }
+    }
+
     // clause: TRN-07
     #[test]
     fn every_length_is_cut_and_joined() {

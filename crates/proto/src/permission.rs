@@ -500,6 +500,15 @@ mod tests {
                 .contains("[HOST]")
         );
         assert!(PermissionTable::parse("[COM1]").is_err());
+        let surplus = text.replace("[IP0]", "QQ X X X S O\n[IP0]");
+        let error = PermissionTable::parse(&surplus).unwrap_err();
+        assert_eq!(
+            (error.expected.as_str(), error.found.as_str()),
+            (
+                "[HOST], [IP0], [HOST extensions] or [IP0 extensions]",
+                "QQ X X X S O"
+            )
+        );
         let manual = text.split("[HOST extensions]").next().unwrap_or_default();
         let error = PermissionTable::parse(manual).unwrap_err();
         assert_eq!(error.expected, "[HOST extensions]");

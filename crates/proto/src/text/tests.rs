@@ -39,6 +39,21 @@ fn faulty(framing: Framing, data: &[u8], fault: TextError) -> Decoded {
     })
 }
 
+#[test]
+fn a_decoder_is_valid_in_each_state_that_it_reaches_and_for_its_own_options_alone() {
+    for end in [EndRule::Etx, EndRule::Cr, EndRule::Detect] {
+        let options = TextOptions { end, ..DETECT };
+        let mut decoder = TextDecoder::new(options);
+        assert!(decoder.is_valid(options), "{end:?}");
+        for byte in *b"\x02SU\r\x03SU\r\x03SU\r\x02SU\r?\x03" {
+            decoder.push(&[byte]);
+            drain(&mut decoder);
+            assert!(decoder.is_valid(options), "{end:?} {decoder:?}");
+            assert!(!decoder.is_valid(TextOptions { end, ..SUMMED }), "{end:?}");
+        }
+    }
+}
+
 fn skipped(bytes: usize) -> Decoded {
     Decoded::Skipped { bytes }
 }
