@@ -17,7 +17,7 @@ const ROOT: &str = "/book";
 const FIRST: &str = "introduction";
 /// What a page may load and do: the styles of the emulator, and a search there.
 const POLICY: HeaderValue = HeaderValue::from_static(
-    "default-src 'none'; style-src 'self'; form-action 'self'; frame-ancestors 'none'; base-uri 'none'",
+    "default-src 'none'; img-src 'self'; style-src 'self'; form-action 'self'; frame-ancestors 'none'; base-uri 'none'",
 );
 
 /// Whether a path is one of the book, which shows nothing of a robot.
@@ -205,14 +205,15 @@ impl Layout {
     fn response(&self, status: StatusCode, title: &str, path: &str, main: &str) -> Response {
         let (root, words) = (&self.root, escaped(&self.words));
         let (title, contents) = (escaped(title), self.contents(path));
+        let version = env!("CARGO_PKG_VERSION");
         let document = format!(
             "<!doctype html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n\
              <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n\
              <meta name=\"color-scheme\" content=\"light dark\">\n<title>{title} - ts3100</title>\n\
-             <link rel=\"stylesheet\" href=\"{root}../ui/style.css\">\n<link rel=\"stylesheet\" href=\"{root}../ui/book.css\">\n\
+             <link rel=\"icon\" href=\"{root}../ui/icon.svg\">\n<link rel=\"stylesheet\" href=\"{root}../ui/style.css\">\n<link rel=\"stylesheet\" href=\"{root}../ui/book.css\">\n\
              </head>\n<body>\n<header id=\"top\">\n<h1><a href=\"{root}../\">ts3100</a></h1>\n\
              <form role=\"search\" action=\"{root}\"><input type=\"search\" name=\"search\" aria-label=\"Search\" value=\"{words}\" required> \
-             <button>Search</button></form>\n<a href=\"{root}\">Documentation</a> <a href=\"{root}../docs\">Calls</a>\n</header>\n\
+             <button>Search</button></form>\n<nav aria-label=\"Documentation\"><a href=\"{root}\">Book</a> <a href=\"{root}../docs\">API</a> <span id=\"version\">{version}</span></nav>\n</header>\n\
              <main>\n{main}</main>\n<nav aria-label=\"Pages\">\n{contents}</nav>\n</body>\n</html>\n"
         );
         let headers = [

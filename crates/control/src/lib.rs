@@ -242,6 +242,7 @@ fn ui_file(name: &str, headers: &HeaderMap) -> Response {
     };
     let media_type = match name.rsplit_once('.') {
         Some((_, "js")) => "text/javascript; charset=utf-8",
+        Some((_, "svg")) => "image/svg+xml",
         Some((_, "css")) => "text/css; charset=utf-8",
         _ => return page(asset, headers),
     };

@@ -115,7 +115,7 @@ fn files_of_json_are_served_as_json() {
 
 /// It shows nothing of a robot, so it needs no token, as the page.
 #[test]
-fn it_needs_no_token_and_loads_only_styles_of_the_emulator() {
+fn it_needs_no_token_and_loads_only_styles_and_the_icon_of_the_emulator() {
     let control = ControlSettings {
         token: Some("0123456789abcdef".to_owned()),
         ..ControlSettings::free()
@@ -125,7 +125,7 @@ fn it_needs_no_token_and_loads_only_styles_of_the_emulator() {
     let answer = robot.raw(request);
     assert!(answer.starts_with("HTTP/1.1 200"), "{answer}");
     assert!(
-        answer.contains("default-src 'none'; style-src 'self'"),
+        answer.contains("default-src 'none'; img-src 'self'; style-src 'self'"),
         "{answer}"
     );
     assert!(!answer.contains("unsafe-inline"), "{answer}");
