@@ -80,10 +80,7 @@ pub async fn get_events(
         left: query.count,
         ready: VecDeque::new(),
         watch: handle.journal.watch(),
-        changes: query.state.then(|| StateChanges {
-            watch: handle.journal.watch_state(),
-            next: Instant::now(),
-        }),
+        changes: query.state.then(|| StateChanges::new(&handle.journal)),
         journal: handle.journal,
         _permit: permit,
         _busy: connection.begin_request(),
@@ -120,6 +117,13 @@ struct StateChanges {
 }
 
 impl StateChanges {
+    fn new(journal: &Journal) -> StateChanges {
+        StateChanges {
+            watch: journal.watch_state(),
+            next: Instant::now(),
+        }
+    }
+
     /// Waits for a change. Nothing is lost when the wait is given up.
     async fn next(changes: &mut Option<StateChanges>) {
         let Some(changes) = changes else {
@@ -199,6 +203,7 @@ mod tests {
     use axum::body::to_bytes;
     use axum::response::IntoResponse as _;
     use futures_util::stream::iter;
+    use tokio::time::timeout;
     use ts3100_controller::Time;
     use ts3100_driver::seat::{Side, Subscriber as _};
     use utoipa::PartialSchema as _;
@@ -256,6 +261,23 @@ mod tests {
                 assert!(keys.contains_key(key), "{key} of {document}");
             }
         }
+    }
+
+    #[tokio::test(start_paused = true)]
+    async fn changes_are_told_at_most_20_times_a_second() {
+        let journal = Journal::new(KEPT_EVENTS, Arc::default());
+        let mut changes = Some(StateChanges::new(&journal));
+        let short = CHANGE_PAUSE / 2;
+        journal.touch();
+        journal.touch();
+        timeout(short, StateChanges::next(&mut changes)).await.unwrap();
+        journal.touch();
+        assert!(timeout(short, StateChanges::next(&mut changes)).await.is_err());
+        timeout(CHANGE_PAUSE, StateChanges::next(&mut changes))
+            .await
+            .unwrap();
+        let more = timeout(100 * CHANGE_PAUSE, StateChanges::next(&mut changes));
+        assert!(more.await.is_err(), "a change was told that did not happen");
     }
 
     #[test]
