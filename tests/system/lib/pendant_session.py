@@ -47,17 +47,33 @@ class Session:
         self.page, self.robot, self.kind = page, robot, kind
 
     def view(self, name):
-        """Opens a view by its tab, unless it stays beside the others."""
-        tab = self.page.get_by_role("tab", name=name, exact=True)
-        if tab.is_visible():
-            tab.click()
-        return self.page.locator("section.view:not([hidden])").filter(has=self.page.get_by_role("heading", name=name, exact=True))
+        """Opens a view by its tab."""
+        self.page.get_by_role("tab", name=name, exact=True).click()
+        return self.page.get_by_role("tabpanel", name=name, exact=True)
 
-    def lamp(self, words):
-        expect(self.page.locator("#lamps")).to_contain_text(words)
+    @property
+    def arm(self):
+        """The arm, which stays beside every view."""
+        return self.page.get_by_role("region", name="Robot", exact=True)
 
-    def no_lamp(self, words):
-        expect(self.page.locator("#lamps")).not_to_contain_text(words)
+    @property
+    def bar(self):
+        return self.page.get_by_role("region", name="Operation", exact=True)
+
+    def key(self, name):
+        """A key of the bar."""
+        return self.bar.get_by_role("button", name=name, exact=True)
+
+    def start(self):
+        """Presses START, which says what it starts."""
+        self.press(self.bar.get_by_role("button", name="START"), "program/start")
+
+    def is_servo(self, on):
+        expect(self.key("SERVO")).to_have_attribute("aria-pressed", str(on).lower())
+
+    def told(self, words):
+        """The bar says this of the robot."""
+        expect(self.page.locator("#now")).to_have_text(words)
 
     def answered(self, call):
         """Within it, a call that changes something is made and answered."""
@@ -78,16 +94,16 @@ class Session:
     # The steps.
 
     def power_and_servo(self):
-        panel = self.view("Panel")
-        panel.get_by_role("button", name="POWER", exact=True).click()
-        self.lamp("power off")
-        self.press(panel.get_by_role("button", name="START"), "program/start")
-        expect(panel).to_contain_text("the power is off")
-        panel.get_by_role("button", name="POWER", exact=True).click()
-        self.no_lamp("power off")
-        self.lamp("servo off")
-        panel.get_by_role("button", name="SERVO", exact=True).click()
-        self.lamp("servo on")
+        power = self.view("Panel").get_by_role("button", name="POWER", exact=True)
+        power.click()
+        self.told("power off")
+        self.start()
+        expect(self.bar).to_contain_text("the power is off")
+        power.click()
+        self.told("stop (reset)")
+        self.is_servo(False)
+        self.key("SERVO").click()
+        self.is_servo(True)
 
     def drop_and_select(self):
         text = PROGRAM % POINTS[self.kind]
@@ -112,17 +128,12 @@ class Session:
         expect(program.get_by_role("heading", name="PART", exact=True)).to_be_visible()
 
     def picture(self):
-        """What the top view says of the arm, in words."""
-        view = self.view("Robot")
-        return view.get_by_role("img", name="Top:").get_attribute("aria-label")
+        """What the picture in 3D says of the arm, in words."""
+        return self.arm.get_by_role("application").get_attribute("aria-label")
 
     def is_drawn(self):
         """The picture in 3D shows the arm: many colours, and others in the middle than at the edge."""
-        view = self.view("Robot")
-        button = view.get_by_role("button", name="3D", exact=True)
-        canvas = view.locator("canvas")
-        if not canvas.is_visible():
-            button.click()
+        canvas = self.arm.locator("canvas")
         expect(canvas).to_have_attribute("data-frames", re.compile("[1-9]"))
         colours = canvas.evaluate("""canvas => {
             const copy = document.createElement("canvas"), {width, height} = canvas;
@@ -140,13 +151,12 @@ class Session:
         expect(row).to_have_text(str(number))
 
     def run_and_answer(self):
-        program = self.view("Program")
-        self.press(program.get_by_role("button", name="START"), "program/start")
-        self.lamp("running")
+        self.view("Program")
+        self.start()
+        self.told("asks: HOW MANY?")
         self.line_is(6)
-        pendant = self.view("Pendant")
-        pendant.get_by_role("button", name="TP", exact=True).click()
-        display = pendant.get_by_role("region", name="Display")
+        # Opened while the program asks, the pendant shows the question.
+        display = self.view("Pendant").get_by_role("region", name="Display")
         expect(display).to_contain_text("HOW MANY?")
         expect(display).to_contain_text("INPUT waits")
         display.focus()
@@ -154,6 +164,7 @@ class Session:
         with self.answered("pendant/keys"):
             self.page.keyboard.press("Enter")
         expect(display).not_to_contain_text("INPUT waits")
+        self.told("running")
         said(self.robot.state["tasks"][0]["doing"] == "moving", "the answer did not let the program go on")
         self.view("Program")
         self.line_is(MOVES_P1)
@@ -161,35 +172,38 @@ class Session:
         self.is_drawn()
         self.advance_until(lambda: self.robot.state["executed_line"] == MOVES_P2, "the first motion did not end")
         said(self.robot.pose.world != before, "the arm has not moved")
-        self.view("Robot")
-        expect(self.page.get_by_role("img", name="Top:")).not_to_have_attribute("aria-label", shown)
-        expect(self.page.get_by_role("img", name="Side:")).to_be_visible()
+        expect(self.arm.get_by_role("application")).not_to_have_attribute("aria-label", shown)
+        self.arm.get_by_role("button", name="3D", exact=True).click()
+        for side in "Top:", "Side:":
+            expect(self.arm.get_by_role("img", name=side)).to_be_visible()
+        self.arm.get_by_role("button", name="3D", exact=True).click()
         self.is_drawn()
-        self.view("Program")
         self.line_is(MOVES_P2)
 
     def emergency_stop(self):
         self.robot.advance(0.1)
         panel = self.view("Panel")
-        self.press(panel.get_by_role("button", name="EMERGENCY STOP", exact=True), "emergency-stop")
-        self.lamp("EMERGENCY STOP")
-        self.lamp("servo off")
-        expect(panel).to_contain_text("Remedy:")
+        self.press(self.key("EMERGENCY STOP"), "emergency-stop")
+        self.told("emergency stop")
+        self.is_servo(False)
+        self.bar.get_by_role("button", name="8-014").click()
+        expect(self.bar).to_contain_text("Remedy:")
+        self.page.keyboard.press("Escape")
         self.robot.advance(1)
         there = self.robot.pose.joints
         self.robot.advance(1)
         said(self.robot.pose.joints == there, "the arm moves in an emergency stop")
-        panel.get_by_role("button", name="SERVO", exact=True).click()
-        expect(panel).to_contain_text("cannot turn the servo on: the emergency stop is pressed")
-        self.press(panel.get_by_role("button", name="Release EMERGENCY STOP"), "emergency-stop")
+        self.key("SERVO").click()
+        expect(self.bar).to_contain_text("cannot turn the servo on: the emergency stop is pressed")
+        self.press(self.key("Release EMERGENCY STOP"), "emergency-stop")
         panel.get_by_role("button", name="ALARM RESET").click()
-        self.no_lamp("8-014")
-        panel.get_by_role("button", name="SERVO", exact=True).click()
-        self.lamp("servo on")
-        self.press(panel.get_by_role("button", name="START"), "program/start")
-        self.lamp("running")
+        expect(self.bar.get_by_role("button", name="8-014")).to_be_hidden()
+        self.key("SERVO").click()
+        self.is_servo(True)
+        self.start()
+        self.told("running")
         self.advance_until(lambda: self.robot.state["status"] != "running", "the program did not end after it was resumed")
-        self.lamp("stop (reset)")
+        self.told("stop (reset)")
         pendant = self.view("Pendant")
         pendant.get_by_role("button", name="TP", exact=True).click()
         expect(pendant.get_by_role("region", name="Display")).to_contain_text("DONE")
@@ -201,17 +215,18 @@ class Session:
         program.get_by_role("button", name="Breakpoint, line %d" % (MOVES_P1 - 1)).click()
         mark = program.get_by_role("button", name="Breakpoint, line %d" % MOVES_P1)
         expect(mark).to_have_attribute("aria-pressed", "true")
-        self.press(program.get_by_role("button", name="START"), "program/start")
+        self.start()
         self.robot.press_keys("1\r")
         self.advance_until(lambda: self.robot.state["status"] != "running", "the breakpoint did not stop the program")
+        self.told("breakpoint, line %d" % MOVES_P1)
         self.line_is(MOVES_P1)
-        self.press(program.get_by_role("button", name="Step", exact=True), "program/step")
+        self.press(program.get_by_role("button", name="STEP", exact=True), "program/step")
         self.advance_until(lambda: self.robot.state["status"] != "running", "the step did not end")
         self.line_is(MOVES_P1 + 1)
         self.press(mark, "breakpoints")
         expect(mark).to_have_attribute("aria-pressed", "false")
         program.get_by_role("spinbutton", name="Line").fill("12")
-        self.press(program.get_by_role("button", name="Run to line"), "program/run-to")
+        self.press(program.get_by_role("button", name="RUN TO LINE"), "program/run-to")
         self.advance_until(lambda: self.robot.state["status"] != "running", "the program did not come to line 12")
         self.line_is(12)
         self.robot.start_program()
@@ -220,7 +235,7 @@ class Session:
     def jog_and_teach(self):
         pendant = self.view("Pendant")
         pendant.get_by_role("button", name="Turn it to TEACHING").click()
-        self.lamp("TEACHING")
+        expect(self.page.locator("#lamps")).to_contain_text("TEACHING")
         key = pendant.get_by_role("button", name="J1 plus")
         before = self.robot.pose.joints[0]
         key.hover()
@@ -287,7 +302,7 @@ class Session:
         self.press(lab.get_by_role("button", name="Arm", exact=True), "faults")
         expect(lab.get_by_role("list", name="Faults")).to_contain_text("ng:command=SU,times=3")
         said(self.ask(b"SU", b"SU", b"SU", b"SU")[:3] == [b"NG\r"] * 3, "the fault did not refuse SU three times")
-        expect(lab.get_by_role("list", name="Faults")).to_contain_text("fired 3 of 3")
+        expect(lab.get_by_role("list", name="Faults")).to_contain_text("fired 3 of 3 times")
         self.ask(b"su")
         expect(lab.get_by_role("list", name="Findings")).to_contain_text("lower-case")
         traffic = self.view("Traffic")

@@ -1,35 +1,18 @@
-// The robot: its state, its axes within their limits, its position, and pictures of the arm from the top and from the side.
+// The arm: in 3D, or from the top and from the side; its axes within their limits, and its position.
 //
-// While the arm moves, its posture is read once a frame. At rest it is read when the state has changed. The picture in 3D is
-// a module of its own, which is loaded when it is first looked at.
+// The pose is that of the state, which `robot` keeps up to date. What else a picture needs (model, coordinate systems, path) is
+// read when a motion begins or ends. The picture in 3D is a module of its own, which is loaded when it is first looked at.
 
 import {fixed, list, make, makeSvg, mark, say} from "./dom.js";
-import {along, chain, coordinates, distance, floor, frame, IDENTITY, inverse, origin, place, reach, times} from "./links.js";
+import {labels} from "./labels.js";
+import {along, chain, distance, floor, frame, IDENTITY, origin, place, reach, times} from "./links.js";
 
 const POINTS = 40;      // taught points that are drawn
 const TRACE = 600;      // places of the tool that are kept while it moves
 const STEP = 1;         // between two of them, in mm
-const LINGER = 400;     // how long the posture is still read after a motion has ended, in ms
 const NEAR = 0.05;      // part of its range within which an axis is near a limit
-const LABEL = 22;       // characters of a label in a picture
+const SMALL = matchMedia("(max-width: 699px)"), TALL = matchMedia("(max-aspect-ratio: 1/1) and (min-width: 700px)");
 const FONT = 11;        // height of the labels in pixels
-const WIDE = matchMedia("(min-width: 1100px)");
-
-/** State of the robot: how much it matters, in a word or two, and in more words. */
-function lamp(state) {
-  const [alarm, ...more] = state.alarms;
-  const head = !state.power ? ["bad", "POWER OFF"]
-    : state.emergency_stop ? ["bad", "EMERGENCY STOP"]
-    : alarm ? ["bad", "ALARM " + alarm.number + " " + alarm.text + (more.length ? " and " + more.length + " more" : "")]
-    : state.safety_open ? ["bad", "SAFETY SWITCH OPEN"]
-    : state.feed_hold ? ["warn", "FEED HOLD"]
-    : state.status === "running" ? ["ok", "RUNNING"]
-    : state.arm.moving ? ["ok", "MOVING"] : ["off", state.servo ? "STOPPED" : "SERVO OFF"];
-  const words = [state.master_mode, state.servo ? "servo on" : "servo off", state.override_percent + " %"];
-  if (state.machine_lock) words.push("machine lock");
-  words.push(state.file ? state.file + " line " + state.line : "no file selected");
-  return [...head, words.join(" \u00b7 ")];
-}
 
 const names = model => model.kind === "scara" ? ["X", "Y", "Z", "C", "T"].slice(0, Math.max(4, model.axes.length)) : ["X", "Y", "Z", "A", "B", "C"];
 const unit = (model, axis) => model.kind === "scara" && axis === 2 ? " mm" : "\u00b0";
@@ -47,17 +30,6 @@ const system = (model, found) => frame(model.kind === "scara" && found.length < 
 function works(source) {
   const found = new Map();
   for (const [, work, point] of source.matchAll(/^\s*WORK\s+(\w+)[^\n]*\n\s*(?:POINT\s+)?(\w+)\s*=/gim)) found.set(point.toUpperCase(), work.toUpperCase());
-  return found;
-}
-
-/** Names at places of a picture, of points and of coordinate systems; those that would lie on one another are joined. */
-export function labels(items, size) {
-  const found = [];
-  for (const item of items) {
-    const near = found.find(({at, system}) => system === item.system && Math.abs(at[0] - item.at[0]) < 3 * size && Math.abs(at[1] - item.at[1]) < 1.1 * size);
-    if (near) near.name += ", " + item.name; else found.push({...item});
-  }
-  for (const one of found) if (one.name.length > LABEL) one.name = one.name.slice(0, LABEL - 1) + "\u2026";
   return found;
 }
 
@@ -125,11 +97,11 @@ function makePicture(name, look) {
         put(element.children[axis], {x1: from[0], y1: from[1], x2: to[0], y2: to[1]});
       });
     });
-    const marks = systems.slice(0, -1).map(({name, matrix}) => ({name, system: true, at: seen.solid(origin(matrix))}));
+    const marks = systems.filter(one => one.name !== "tool").map(({name, matrix}) => ({name, system: true, at: seen.solid(origin(matrix))}));
     list(points, dots, one => one.name, () => makeSvg("circle", {class: "point"}), (element, {at}) => put(element, {cx: at[0], cy: at[1], r: size / 4}));
-    list(texts, labels([...dots, ...marks], size), one => one.name + one.system, one => makeSvg("text", {class: one.system ? "system" : ""}), (element, {at, name, system}) => {
-      const beside = system ? 0 : at[0] > right - (right - left) * .25 ? -.4 : .4;
-      put(element, {x: at[0] + size * beside, y: at[1] + size * (system ? 1.1 : -.3), "text-anchor": ["end", "middle", "start"][1 + Math.sign(beside)]});
+    const limbs = solids.map(({a, b, r}) => ({a, b, r: Math.max(...r)}));
+    list(texts, labels([...dots, ...marks], size, limbs, box), one => one.name + one.system, one => makeSvg("text", {class: one.system ? "system" : "", "text-anchor": "middle", "dominant-baseline": "central"}), (element, {label, name}) => {
+      put(element, {x: label[0], y: label[1]});
       say(element, name);
     });
   }
@@ -160,11 +132,11 @@ function side(scene) {
     words: "tool " + mm(ahead(origin(scene.chain.tool))) + " in front of axis 1, at height Z " + height};
 }
 
-/** The axes within their limits. */
+/** The axes within their limits; T of a SCARA is part of its position. */
 function makeJoints() {
   const rows = make("ul", {class: "joints", "aria-label": "Joints"});
   return {element: rows, draw({model, joints, near}) {
-    list(rows, model.axes.map((one, at) => at), at => at, () => make("li", {}, make("b"), make("span", {class: "mono"}), make("span", {class: "bar", role: "meter"}, make("i")), make("small")));
+    list(rows, joints.map((one, at) => at), at => at, () => make("li", {}, make("b"), make("span", {class: "mono"}), make("span", {class: "bar", role: "meter"}, make("i")), make("small")));
     [...rows.children].forEach((row, at) => {
       const [label, value, bar, note] = row.children, axis = model.axes[at], words = fixed(joints[at], 2) + unit(model, at);
       say(label, "J" + (at + 1));
@@ -193,72 +165,49 @@ function makePosition() {
 }
 
 export function create(robot) {
-  const head = make("strong", {role: "status"}), more = make("span");
-  const state3d = make("button", {type: "button", class: "toggle", "aria-pressed": "false", onclick: () => setSpace(!wanted)}, "3D");
-  const light = make("div", {class: "light"}, make("p", {}, head, more), state3d);
   const room = make("div", {class: "space", hidden: true});
-  const pictures = [makePicture("Top", top), makePicture("Side", side)], joints = makeJoints(), position = makePosition();
-  const element = make("div", {class: "arm"}, light, room, make("div", {class: "pictures"}, ...pictures.map(one => one.element)),
-    make("div", {class: "values"}, joints.element, position.element));
-  let arm = null, points = [], path = [], trace = [];
-  let shown = false, following = false, wanted, space = null, placed = IDENTITY, rest = "", file = "", own = new Map();
+  const flat = [makePicture("Top", top), makePicture("Side", side)], joints = makeJoints(), position = makePosition();
+  const pictures = make("div", {class: "pictures", hidden: true}, ...flat.map(one => one.element));
+  const state3d = make("button", {type: "button", class: "toggle", "aria-pressed": "false", title: "In 3D, or from the top and from the side", onclick: () => setSpace(!wanted)}, "3D");
+  const element = make("div", {class: "arm"}, room, pictures, state3d, 
+    make("details", {class: "axes", open: !SMALL.matches}, make("summary", {}, "Axes and position"), make("div", {class: "values"}, joints.element, position.element)));
+  let picture = null, points = [], trace = [], shown = false, wanted, space = null, seen = "", before = null, file = "", own = new Map();
 
   function draw() {
-    const {model, tool} = arm, posture = chain(model, arm.joints, tool), inWork = coordinates(times(placed, posture.tool));
-    const work = model.kind === "scara" ? [...inWork.slice(0, 3), inWork[5], arm.world[4]] : inWork, near = model.axes.map((axis, at) => limit(axis, arm.joints[at]));
-    const at = origin(posture.tool), last = trace.at(-1);
+    const {arm} = robot.state, {model, tool} = picture, posture = chain(model, arm.joints, tool);
+    const near = arm.joints.map((joint, at) => limit(model.axes[at], joint)), at = origin(posture.tool), last = trace.at(-1);
     if (arm.moving && (!last || distance(at, last) > STEP)) {
       trace.push(at);
       if (trace.length > TRACE) trace.shift();
     }
-    const base = frame(arm.base), frames = new Map();
-    for (const [name, matrix] of [["world", IDENTITY], ["base", base], ["work", times(base, frame(arm.work_frame))], ["tool", posture.tool]]) {
-      const same = [...frames].find(([, found]) => distance(found, matrix) < 1e-3);
-      if (same) frames.delete(same[0]);
-      frames.set(same ? same[0] + ", " + name : name, matrix);
-    }
-    const scene = {...arm, work, chain: posture, near, path, trace, points, frames: [...frames].map(([name, matrix]) => ({name, matrix}))};
-    for (const part of [...pictures, joints, position]) part.draw(scene);
-    space?.draw(scene);
+    // Of coordinate systems at one place the first is drawn.
+    const base = frame(picture.base), frames = [];
+    for (const [name, matrix] of [["world", IDENTITY], ["base", base], ["work", times(base, frame(picture.work_frame))], ["tool", posture.tool]])
+      if (!frames.some(one => distance(one.matrix, matrix) < 1e-3)) frames.push({name, matrix});
+    const scene = {...picture, joints: arm.joints, world: arm.world, work: arm.work, chain: posture, near, trace, points, frames};
+    for (const part of [...pictures.hidden ? [] : flat, joints, position]) part.draw(scene);
+    if (wanted) space?.draw(scene);
   }
 
-  /** Reads the posture, or with it the model, the coordinate systems and the path. */
-  async function read(all) {
-    const found = await robot.get(all ? "arm" : "arm/pose");
-    if (arm && found.t < arm.t) [trace, path] = [[], []];
-    // The model is kept, so that it can be told from another one by its identity.
-    if (all && arm && JSON.stringify(arm.model) === JSON.stringify(found.model)) found.model = arm.model;
-    if (found.path?.length) path = found.path;
-    const begun = found.moving && arm && (!arm.moving || found.percent < arm.percent);
-    // The work coordinate system that is shown may be that of a position: it follows from the two coordinates.
-    if (all) placed = times(system(found.model, found.work), inverse(system(found.model, found.world)));
-    arm = {...arm, ...found};
-    draw();
-    return begun && !all;
-  }
-
-  async function follow() {
-    following = true;
+  /** Reads what a picture needs besides the pose. */
+  async function read() {
     try {
-      let all = true, moved = performance.now(), last = "";
-      while (shown && performance.now() - moved < LINGER) {
-        await new Promise(requestAnimationFrame);
-        all = await read(all);
-        // A motion that is held, or whose time stands still, is at rest.
-        if (last !== (last = String(arm.joints))) moved = performance.now();
-      }
-      if (shown) await read(true);
-    } catch { rest = ""; }
-    following = false;
+      const found = await robot.get("arm");
+      // The model is kept, so that it can be told from another one by its identity.
+      if (picture && JSON.stringify(picture.model) === JSON.stringify(found.model)) found.model = picture.model;
+      if (!found.path.length && picture) found.path = picture.path;
+      if (picture && found.t < picture.t) [trace, found.path] = [[], []];
+      picture = found;
+    } catch { seen = ""; }
   }
 
   /** The positions of the selected file, in world. */
   function taught(state) {
     const systems = new Map(state.variables.filter(one => one.kind === "coordinate" && !one.bounds.length).map(one => [one.name.toUpperCase(), one.value]));
-    const base = frame(arm.base), found = state.variables.filter(one => one.kind === "position" && !one.name.includes(".") && !one.bounds.length && one.value?.every(Number.isFinite));
+    const base = frame(picture.base), found = state.variables.filter(one => one.kind === "position" && !one.name.includes(".") && !one.bounds.length && one.value?.every(Number.isFinite));
     return found.slice(0, POINTS).map(({name, value}) => {
-      const work = systems.get(own.get(name.toUpperCase())) ?? arm.work_frame;
-      return {name, at: place(times(base, system(arm.model, work)), value)};
+      const work = systems.get(own.get(name.toUpperCase())) ?? picture.work_frame;
+      return {name, at: place(times(base, system(picture.model, work)), value)};
     });
   }
 
@@ -266,53 +215,54 @@ export function create(robot) {
     wanted = on;
     mark(state3d, "aria-pressed", on);
     room.hidden = !on;
-    if (!on) return;
+    pictures.hidden = on && !TALL.matches;
     try {
-      space ??= (await import("./arm3d.js")).create(room);
+      if (on) space ??= (await import("./arm3d.js")).create(room);
     } catch (error) {
       console.warn(error);
-      wanted = false;
-      room.hidden = true;
-      mark(state3d, "aria-pressed", false);
       state3d.disabled = true;
       say(state3d, "3D needs WebGL2");
+      return setSpace(false);
     }
-    if (arm) draw();
+    if (picture) draw();
   }
 
   async function look(state) {
-    if (!shown) return;
+    const {arm} = state, begun = arm.moving && before && (!before.moving || arm.percent < before.percent);
+    before = arm;
     if (state.file !== file) {
       file = state.file;
       own = new Map();
-      if (file) own = works((await robot.get("files/" + encodeURIComponent(file)).catch(() => ({text: ""}))).text ?? "");
     }
-    const key = JSON.stringify([state.arm, state.file]);
-    const changed = key !== rest && !following;
-    rest = key;
-    if (changed && state.arm.moving) follow();
-    else if (changed) await read(true).catch(() => { rest = ""; });
-    if (!arm) return;
-    const found = taught(state);
-    if (JSON.stringify(found) !== JSON.stringify(points)) { points = found; draw(); }
+    if (robot.lines.length && !own.size) own = works(robot.lines.join("\n"));
+    const key = arm.moving ? "moving" : JSON.stringify([arm, state.file]), old = !begun && key === seen;
+    seen = key;
+    // Drawn at once, with the same pose as everything else; what is read now is drawn when it is there.
+    redraw();
+    if (old) return;
+    await read();
+    redraw();
   }
 
+  function redraw() {
+    if (!picture) return;
+    points = taught(robot.state);
+    draw();
+  }
+
+  TALL.addEventListener("change", () => setSpace(wanted));
   return {
     element,
     state(state) {
-      const [kind, words, rest] = lamp(state);
-      mark(light, "data-kind", kind);
-      say(head, words);
-      say(more, rest);
       position.name(state.arm.work_name);
-      look(state);
+      if (shown) look(state);
     },
-    event(event) { if (event.event === "stored") file = ""; },
+    pose(state) { if (picture) look(state); },
     show() {
       shown = true;
-      rest = "";
+      seen = "";
+      if (wanted === undefined) setSpace(true);
       if (robot.state) look(robot.state);
-      if (wanted === undefined && WIDE.matches) setSpace(true);
     },
     hide() { shown = false; },
   };

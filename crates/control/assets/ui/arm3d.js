@@ -3,8 +3,8 @@
 // A frame is drawn when something has changed, and while the arm is on its way from one posture that was read to the next.
 // After each frame the canvas dispatches `drawn`, and `data-frames` is their number.
 
-import {labels} from "./arm.js";
-import {list, make, mark, say} from "./dom.js";
+import {labels} from "./labels.js";
+import {fixed, list, make, mark, say} from "./dom.js";
 import {along, chain, distance, floor, minus, move, origin, place, reach, times, turn} from "./links.js";
 
 const SIZE = 1600;        // pixels of the longer side of the picture at most
@@ -15,6 +15,8 @@ const ROUND = 26;         // flat sides of what is round
 const BEND = 5;           // steps of a rounded edge
 const VIEWS = {Home: [-52, 20], Front: [0, 8], Side: [-90, 8], Top: [-90, 90]};
 const FOV = 26;
+const FONT = 13;          // height of the labels in pixels
+const KEYS = 40;          // height of the keys above the picture, where no label is
 const SUN = [-115, 52];
 
 const VARYING = `#version 300 es
@@ -119,11 +121,14 @@ function align(from, [x, y, z]) {
   return [move(...from), turn(2, Math.atan2(y, x) * 180 / Math.PI), turn(1, Math.atan2(Math.hypot(x, y), z) * 180 / Math.PI)].reduce(times);
 }
 
+/** The posture in words. */
+const words = (tool, joints) => "tool at " + ["X", "Y", "Z"].map((axis, at) => axis + " " + fixed(tool[at], 1)).join(", ") + " mm, joint 1 at " + fixed(joints[0], 1);
+
 const rotation = ([yaw, pitch]) => times(turn(0, pitch - 90), turn(2, -90 - yaw));
 const direction = angles => { const m = rotation(angles); return [m[2], m[6], m[10]]; };
 
 export function create(host) {
-  const canvas = make("canvas", {tabindex: "0", role: "application", "aria-label": "Robot in 3D. Arrow keys turn the view, plus and minus zoom.", title: "Drag to turn. Click, then use the wheel to zoom."});
+  const canvas = make("canvas", {tabindex: "0", role: "application", "aria-label": "Robot in 3D", title: "Drag to turn. Click, then use the wheel to zoom."});
   const names = make("div", {class: "names", "aria-hidden": "true"});
   const gl = canvas.getContext("webgl2", {antialias: true, preserveDrawingBuffer: true});
   if (!gl) throw new Error("WebGL2 is missing");
@@ -275,11 +280,17 @@ export function create(host) {
     };
     const points = scene.points.map(({name, at}) => ({name, at: screen(at)}));
     const systems = scene.frames.filter(one => one.name !== "tool").map(({name, matrix}) => ({name, system: true, at: screen(origin(matrix))}));
-    list(names, labels([...points, ...systems], 13), one => one.name + one.system, one => make("span", {class: one.system ? "system" : ""}), (element, {at: [x, y], name, system}) => {
-      say(element, name);
-      element.style.transform = `translate(${x.toFixed(1)}px, ${y.toFixed(1)}px) ` + (system ? "translate(-50%, 25%)" : "translate(.4em, -90%)");
-      element.hidden = x < 0 || y < 0 || x > width || y > height;
+    // The thickness of a link on the screen: how far apart two points are that are so far apart in the plane of the screen.
+    const m = rotation(angles), across = [m[0], m[4], m[8]];
+    const limbs = parts.map(({matrix, from, to, r}) => {
+      const [p, q] = [place(matrix, from), place(matrix, to)], thick = Math.max(...r), a = screen(p);
+      return {a, b: screen(q), r: distance(a, screen(p.map((one, at) => one + across[at] * thick)))};
     });
+    list(names, labels([...points, ...systems], FONT, limbs, [0, KEYS, width, height]), one => one.name + one.system, one => make("span", {class: one.system ? "system" : ""}), (element, {label: [x, y], name}) => {
+      say(element, name);
+      element.style.transform = `translate(${x.toFixed(1)}px, ${y.toFixed(1)}px) translate(-50%, -50%)`;
+    });
+    mark(canvas, "aria-label", "Robot in 3D, " + words(origin(tool), shown) + ". Arrow keys turn the view, plus and minus zoom.");
     frames += 1;
     mark(canvas, "data-frames", frames);
     canvas.dispatchEvent(new CustomEvent("drawn", {detail: frames}));

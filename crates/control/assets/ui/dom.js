@@ -63,6 +63,14 @@ export function list(parent, items, key, build, update) {
 
 let lastReason;
 
+/** Shows a reason below its button, over what is there: nothing moves. */
+function tell(reason, text) {
+  say(reason, text);
+  reason.style.left = "0";
+  const over = reason.getBoundingClientRect().right - document.documentElement.clientWidth + 8;
+  if (over > 0) reason.style.left = -over + "px";
+}
+
 /**
  * A button. It is busy during its call. The reason of a refusal appears next to it until the next button is pressed.
  */
@@ -72,9 +80,23 @@ export function button(label, call, properties = {}) {
     if (lastReason) say(lastReason, "");
     lastReason = reason;
     pressed.setAttribute("aria-busy", "true");
-    try { await call(); } catch (error) { say(reason, error.message); }
+    try { await call(); } catch (error) { tell(reason, error.message); }
     pressed.removeAttribute("aria-busy");
   }}, label);
   const box = make("span", {class: "action"}, pressed, reason);
   return {element: box, button: pressed, reason};
+}
+
+/** Several of which one is on: `[word, label]`. */
+export function choice(label, words, call) {
+  const buttons = words.map(([word, text]) => ({word, ...button(text, () => call(word), {role: "radio", "aria-checked": "false"})}));
+  const group = make("div", {class: "choice", role: "radiogroup", "aria-label": label}, ...buttons.map(one => one.element));
+  const element = make("div", {class: "field"}, label, group);
+  return {element, show: found => { for (const one of buttons) mark(one.button, "aria-checked", one.word === found); }};
+}
+
+/** Something that is on or off. */
+export function toggle(label, call, properties) {
+  const made = button(label, () => call(made.button.getAttribute("aria-pressed") !== "true"), {"aria-pressed": "false", ...properties});
+  return {...made, show: on => mark(made.button, "aria-pressed", on)};
 }

@@ -1,7 +1,7 @@
 // The lab: what nobody can do to a real robot. The clock, faults on purpose, snapshots, a scenario, and what hosts have reached.
 
-import {make, button, explained, fixed, list, mark, say} from "./dom.js";
-import {choice} from "./panel.js";
+import {make, button, choice, explained, fixed, list, mark, say} from "./dom.js";
+import {atMost} from "./robot.js";
 
 const LOOK = 1000;          // between two readings of the scenario and of the coverage, in ms
 const DIFFERENCES = 300;    // differences of two snapshots that are listed
@@ -29,7 +29,7 @@ function makeClock(robot) {
   const factor = text({type: "number", min: "1", max: "100000", value: "10", inputmode: "numeric"});
   const times = button("Set speed", () => robot.put("clock", {mode: "x" + factor.value}));
   const by = text({type: "number", min: "0", step: "any", value: "1", inputmode: "decimal"});
-  const advance = button("Advance", () => robot.post("clock/advance", {seconds: Number(by.value)}), {class: "start"});
+  const advance = button("Advance", () => robot.post("clock/advance", {seconds: Number(by.value)}), {class: "primary"});
   const until = text({list: "lab-conditions", placeholder: "output 5 on", size: "16"});
   const ended = make("p", {class: "hint", role: "status"});
   const jump = button("Advance until", async () => {
@@ -43,8 +43,9 @@ function makeClock(robot) {
       make("div", {class: "row"}, field("Seconds", by), advance.element),
       make("div", {class: "row"}, field("Condition", until), jump.element),
       make("datalist", {id: "lab-conditions"}, ...CONDITIONS.map(value => make("option", {value}))), ended),
+    tick() { say(now, fixed(Math.floor(robot.time()), 0) + " s"); },
     state(state) {
-      say(now, fixed(state.t, 3) + " s");
+      say(now, robot.runs ? fixed(Math.floor(robot.time()), 0) + " s" : fixed(state.t, 3) + " s");
       say(calendar, state.calendar + ", " + (state.time_mode === "stepped" ? "the clock is stopped until you advance it" : "time passes: " + state.time_mode));
       modes.show(state.time_mode);
     },
@@ -66,10 +67,10 @@ function makeFaults(robot) {
     if (command.value.trim()) on.command = command.value.trim().toUpperCase();
     if (channel.value) on.channel = channel.value;
     return robot.post("faults", {kind: chosen, on, times: Number(times.value), after: Number(after.value), parameters});
-  }, {class: "start"});
+  }, {class: "primary"});
   const clear = button("Remove all", () => robot.remove("faults"));
   const sheet = make("div", {class: "sheet", hidden: true}, what, remedy, make("div", {class: "row"}, field("Command", command), field("Port", channel),
-    field("Times (0: no limit)", times), field("Skip first", after)), form, arm.element);
+    field("Times (0: no limit)", times), field("Skip the first", after)), form, arm.element);
 
   function choose(kind) {
     chosen = kind.kind;
@@ -96,7 +97,7 @@ function makeFaults(robot) {
       clear.element.hidden = !faults.length;
       list(armed, faults, one => one.id, one => make("li", {}, make("code", {}, one.spec), make("span", {}),
         button("Disarm", () => robot.remove("faults/" + one.id), {"aria-label": "Disarm " + one.spec}).element), (row, one) => {
-        say(row.children[1], (one.armed ? "armed" : "over") + ", fired " + one.fired + (one.times ? " of " + one.times : ""));
+        say(row.children[1], (one.armed ? "armed" : "used up") + ", fired " + one.fired + (one.times ? " of " + one.times : "") + " times");
         mark(row, "data-armed", one.armed);
         row.children[2].hidden = !one.armed;
       });
@@ -181,13 +182,14 @@ function makeSnapshots(robot) {
     await robot.put(path(name.value.trim()));
     name.value = "";
     await read();
-  }, {class: "start"});
+  }, {class: "primary"});
   name.addEventListener("keydown", event => { if (event.key === "Enter") take.button.click(); });
   const file = make("input", {type: "file", accept: ".json,application/json", "aria-label": "Snapshot file", hidden: true});
   const load = button("Load a file", () => file.click());
   file.addEventListener("change", async () => {
     say(load.reason, "");
-    try { await robot.call("PUT", "snapshot", JSON.parse(await file.files[0].text())); } catch (error) { say(load.reason, error.message); }
+    try { await robot.call("PUT", "snapshot", JSON.parse(await file.files[0].text())); }
+    catch (error) { say(load.reason, error instanceof SyntaxError ? "cannot load " + file.files[0].name + ": it is not a snapshot file" : error.message); }
     file.value = "";
   });
   const compare = button("Compare", async () => {
@@ -208,13 +210,17 @@ function makeSnapshots(robot) {
 
 /** The scenario that is played, step by step. */
 function makeScenario(robot) {
+  let missing = false;   // a scenario is given at the start of the emulator
+  robot.on("reset", () => { missing = false; });
   const heading = make("p", {role: "status"}), steps = make("ol", {class: "steps", "aria-label": "Steps of the scenario"});
   return {
     element: card("Scenario", heading, steps),
     async read() {
+      if (missing) return;
       let found;
       try { found = await robot.get("scenario"); } catch (error) {
-        say(heading, error.status === 404 ? "No scenario is running. Start one with: ts3100 serve --scenario FILE" : error.message);
+        missing = error.status === 404;
+        say(heading, missing ? "No scenario is running. Start one with: ts3100 serve --scenario FILE" : error.message);
         return;
       }
       say(heading, found.file + ": " + found.state);
@@ -304,15 +310,10 @@ export function create(robot) {
   const clock = makeClock(robot), faults = makeFaults(robot), snapshots = makeSnapshots(robot);
   const read = [makeScenario(robot), makeCoverage(robot), makeFindings(robot)];
   const [scenario, coverage, findings] = read;
-  let shown = false, looked = -Infinity, due = false;
+  let shown = false;
 
-  /** Reads what has no place in the state, upon events and at most once a second. */
-  function look() {
-    if (!shown || !due || performance.now() - looked < LOOK) return;
-    looked = performance.now();
-    due = false;
-    for (const one of read) one.read();
-  }
+  /** Reads what has no place in the state, upon events. */
+  const look = atMost(LOOK, () => { if (shown) for (const one of read) one.read(); });
 
   return {
     element: make("div", {class: "lab"}, clock.element, faults.element, snapshots.element, makeLinks(robot), scenario.element, findings.element, coverage.element),
@@ -320,12 +321,12 @@ export function create(robot) {
       if (!shown) return;
       clock.state(state);
       faults.state(state);
-      look();
     },
-    event() { due = true; },
+    tick() { clock.tick(); },
+    event() { if (shown) look(); },
     show() {
-      shown = due = true;
-      looked = -Infinity;
+      shown = true;
+      look();
       faults.show();
       snapshots.show();
       if (robot.state) this.state(robot.state);

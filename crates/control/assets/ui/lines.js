@@ -3,6 +3,7 @@
 // A click sets or clears a line. The menu of a line pulses, forces and releases it. Only lines that changed are touched.
 
 import {make, list, mark, say} from "./dom.js";
+import {atMost} from "./robot.js";
 
 const GROUPS = [["General", 1, 64], ["System signals", 249, 264], ["Extension", 101, 164], ["System", 201, 248]];
 const FRAME_EVERY = 500;   // ms between two readings of the status frame
@@ -39,9 +40,9 @@ function side(robot, kind, title, menu) {
     for (let number = first; number <= last; number += 1) {
       const line = {number, name: "", on: false, forced: false, call};
       line.text = make("span", {class: "name"});
-      line.lamp = make("button", {type: "button", role: "switch", "aria-checked": "false", class: "line", tabindex: "-1"},
+      line.lamp = make("button", {type: "button", role: "switch", "aria-checked": "false", class: "line", tabindex: "-1", title: "Set or clear"},
         make("i", {"aria-hidden": "true"}), String(number), line.text);
-      line.more = make("button", {type: "button", class: "more", "aria-haspopup": "menu", tabindex: "-1"}, "\u22ee");
+      line.more = make("button", {type: "button", class: "more", "aria-haspopup": "menu", tabindex: "-1", title: "Pulse, force, release"}, "\u22ee");
       line.cell = make("span", {class: "cell"}, line.lamp, line.more);
       line.lamp.addEventListener("click", () => call(line, "PUT", "", {on: !line.on}).catch(() => {}));
       line.lamp.addEventListener("contextmenu", event => { event.preventDefault(); menu.open(line, line.lamp); });
@@ -146,7 +147,7 @@ function side(robot, kind, title, menu) {
 function makeMenu() {
   const items = make("div", {role: "menu"}), reason = make("output", {class: "reason", role: "alert"});
   const element = make("div", {class: "menu", hidden: true}, items, reason);
-  let line, from;
+  let line, from, at = 0;   // where the button was when the menu was opened
   function build() {
     items.replaceChildren(...choices(line).map(([label, method, path, body]) => make("button", {type: "button", role: "menuitem", tabindex: "-1",
       disabled: label === "Release" && !line.forced, onclick: async () => {
@@ -170,7 +171,8 @@ function makeMenu() {
   });
   element.addEventListener("focusout", event => { if (event.relatedTarget && !element.contains(event.relatedTarget)) close(false); });
   document.addEventListener("pointerdown", event => { if (!element.hidden && !element.contains(event.target)) close(false); });
-  document.addEventListener("scroll", event => { if (!element.contains(event.target)) close(false); }, {capture: true, passive: true});
+  // The event of a scroll that ended before the menu was opened may come after it.
+  document.addEventListener("scroll", event => { if (line && !element.contains(event.target) && Math.abs(from.getBoundingClientRect().top - at) > 2) close(false); }, {capture: true, passive: true});
   return {
     element,
     close,
@@ -183,6 +185,7 @@ function makeMenu() {
       mark(items, "aria-label", button.getAttribute("aria-label"));
       element.hidden = false;
       const box = button.getBoundingClientRect(), own = element.getBoundingClientRect();
+      at = box.top;
       element.style.left = Math.max(4, Math.min(box.left, innerWidth - own.width - 4)) + "px";
       element.style.top = (box.bottom + own.height + 4 > innerHeight ? Math.max(4, box.top - own.height - 4) : box.bottom + 4) + "px";
       items.querySelector("button:enabled").focus({preventScroll: true});
@@ -208,7 +211,7 @@ export function create(robot) {
   search.addEventListener("input", filter);
   only.addEventListener("change", filter);
 
-  let read = -Infinity, shown = false, named = false;
+  let shown = false, named = false;
 
   // Both are read again if a call fails: the token may be missing yet.
   async function names() {
@@ -220,16 +223,15 @@ export function create(robot) {
       filter();
     } catch { /* at the next state */ }
   }
-  async function readFrame() {
-    if (performance.now() - read < FRAME_EVERY) return;
-    read = performance.now();
+  const readFrame = atMost(FRAME_EVERY, async () => {
+    if (!shown) return;
     try {
       const fields = await robot.get("status-frame");
       list(rows, fields, field => field.name, () => make("tr", {}, make("th", {scope: "row"}), make("td", {class: "mono"}), make("td")), (row, field) => {
         [field.name, field.value, field.meaning].forEach((text, at) => say(row.children[at], String(text ?? "")));
       });
     } catch { /* at the next state */ }
-  }
+  });
   return {
     element,
     state(state) {

@@ -29,19 +29,6 @@ export function frame([x, y, z, a = 0, b = 0, c = 0]) {
   return [move(x, y, z), turn(2, c), turn(1, b), turn(0, a)].reduce(times);
 }
 
-/** X Y Z A B C of a matrix. */
-export function coordinates(m) {
-  const flat = Math.hypot(m[0], m[1]) < 1e-9;   // with B at 90 degrees A and C turn about the same axis: A is 0
-  const angles = [flat ? 0 : Math.atan2(m[6], m[10]), Math.atan2(-m[2], Math.hypot(m[0], m[1])), flat ? Math.atan2(-m[4], m[5]) : Math.atan2(m[1], m[0])];
-  return [...origin(m), ...angles.map(one => one * 180 / Math.PI)];
-}
-
-/** The matrix that undoes a coordinate system. */
-export function inverse(m) {
-  const turned = [m[0], m[4], m[8], 0, m[1], m[5], m[9], 0, m[2], m[6], m[10], 0, 0, 0, 0, 1];
-  return times(turned, move(...origin(m).map(one => -one)));
-}
-
 /** A point of a coordinate system in the one that system is given in. */
 export function place(m, [x, y, z]) {
   return [0, 1, 2].map(row => m[row] * x + m[4 + row] * y + m[8 + row] * z + m[12 + row]);

@@ -1,59 +1,59 @@
-// Puts the page together: the header, the tabs and the views. A view is a module with `title` and `create(robot)`, which
-// returns its element and what it wants to be told: `state(state)`, `event(event)`, `show()`, `hide()`.
+// Puts the page together: the bar, the arm, the tabs and the chosen view. A view is a module with `create(robot)`, which returns
+// its element and what it wants to be told: `state(state)`, `pose(state)`, `tick()`, `event(event)`,
+// `show(part)`, `hide()`.
 //
-// On a wide screen the robot and the operator panel stay beside the chosen view; elsewhere they are views like the others.
+// The arm is always there: beside the view from 700 pixels on, above it on a phone, unless it is hidden.
 
-import {make, say, mark, list, fixed} from "./dom.js";
+import {createBar} from "./bar.js";
+import {make, say, mark, fixed} from "./dom.js";
 import {Robot} from "./robot.js";
+import {createSplit} from "./split.js";
 
-const VIEWS = ["arm", "panel", "pendant", "program", "lines", "traffic", "lab"];
-const PINNED = ["arm", "panel"];
-const TITLES = {arm: "Robot", panel: "Panel", pendant: "Pendant", program: "Program", lines: "I/O", traffic: "Traffic", lab: "Lab"};
-const WIDE = matchMedia("(min-width: 1100px)");
+const TITLES = {program: "Program", panel: "Panel", pendant: "Pendant", lines: "I/O", traffic: "Traffic", lab: "Lab"};
+const VIEWS = Object.keys(TITLES);
+const TICK = 1000;   // after which a clock that runs is shown again, in ms
 
 const robot = new Robot();
 const views = new Map();
 const $ = id => document.getElementById(id);
-let chosen = "";
+const bar = createBar(robot, $("bar"));
 
 /** The view, made when it is first looked at. */
-async function view(name) {
+async function view(name, properties) {
   if (!views.has(name)) {
-    const section = make("section", {id: "view-" + name, class: "view", role: "tabpanel", "aria-labelledby": "tab-" + name, tabindex: "0"},
-      make("h2", {}, TITLES[name]));
+    const section = make("section", {id: "view-" + name, class: "view", ...properties});
     $("views").append(section);
-    document.head.append(make("link", {rel: "stylesheet", href: "ui/" + name + ".css"}));
+    const style = make("link", {rel: "stylesheet", href: "ui/" + name + ".css"}), styled = new Promise(done => { style.onload = style.onerror = done; });
+    document.head.append(style);
     views.set(name, {section, told: {}, shown: false});
     const module = await import("./" + name + ".js");
     const told = module.create(robot);
+    await styled;
     section.append(told.element);
     views.get(name).told = told;
     if (robot.state) told.state?.(robot.state);
-    if (views.get(name).shown) told.show?.();
+    if (views.get(name).shown) told.show?.(views.get(name).part);
   }
   return views.get(name);
 }
 
-async function setShown(name, shown) {
+async function setShown(name, shown, part, properties) {
   if (!shown && !views.has(name)) return;
-  const found = await view(name);
-  if (found.shown === shown) return;
-  found.shown = shown;
+  const made = views.has(name), found = await view(name, properties);
+  if (found.shown === shown && (!shown || found.part === part)) return;
+  Object.assign(found, {shown, part});
   found.section.hidden = !shown;
   if (shown && robot.state) found.told.state?.(robot.state);
-  if (shown) found.told.show?.(); else found.told.hide?.();
+  if (!shown) found.told.hide?.(); else if (made || found.told.show) found.told.show?.(part);
 }
 
-/** Shows the view of the address, and those that stay. */
+/** Shows the view of the address: `#traffic`, or `#traffic/findings` for a part of it. */
 function layout() {
-  const wanted = location.hash.slice(1), wide = WIDE.matches;
-  const choices = VIEWS.filter(name => !wide || !PINNED.includes(name));
-  chosen = choices.includes(wanted) ? wanted : choices[0];
-  mark(document.body, "data-wide", wide);
+  const [wanted, part] = location.hash.slice(1).split("/"), chosen = VIEWS.includes(wanted) ? wanted : VIEWS[0];
+  mark(document.body, "data-view", chosen);
   for (const name of VIEWS) {
-    setShown(name, name === chosen || (wide && PINNED.includes(name)));
+    setShown(name, name === chosen, part, {role: "tabpanel", "aria-labelledby": "tab-" + name, tabindex: "0"});
     const tab = $("tab-" + name);
-    tab.hidden = !choices.includes(name);
     mark(tab, "aria-selected", name === chosen);
     tab.tabIndex = name === chosen ? 0 : -1;
   }
@@ -66,53 +66,47 @@ function tabs() {
   $("tabs").addEventListener("keydown", event => {
     const step = {ArrowRight: 1, ArrowLeft: -1}[event.key];
     if (!step) return;
-    const open = made.filter(tab => !tab.hidden), at = open.indexOf(document.activeElement);
-    const next = open[(at + step + open.length) % open.length];
+    const next = made[(made.indexOf(document.activeElement) + step + made.length) % made.length];
     next.focus();
     next.click();
     event.preventDefault();
   });
 }
 
-/** The lamps in the header: [word, kind]. Kinds are ok, warn, bad and off. */
-function lamps(state) {
-  const found = [];
-  if (!state.power) found.push(["power off", "bad"]);
-  if (state.emergency_stop) found.push(["EMERGENCY STOP", "bad"]);
-  if (state.safety_open) found.push(["safety switch open", "bad"]);
-  for (const alarm of state.alarms) found.push([alarm.number + " " + alarm.text, "bad"]);
-  if (state.battery_low) found.push(["battery low", "warn"]);
-  if (state.feed_hold) found.push(["feed hold", "warn"]);
-  if (state.machine_lock) found.push(["machine lock", "warn"]);
-  found.push([state.servo ? "servo on" : "servo off", state.servo ? "ok" : "off"]);
-  found.push([state.status, state.status === "running" ? "ok" : "off"]);
-  found.push([state.master_mode, "off"]);
-  found.push([state.run_mode, "off"]);
-  return found;
-}
-
-function header(state) {
-  list($("lamps"), lamps(state), lamp => lamp[0], () => make("li", {class: "lamp"}), (item, [word, kind]) => {
-    say(item, word);
-    mark(item, "data-kind", kind);
-  });
-  say($("clock"), fixed(state.t, 2) + " s, " + state.time_mode);
+function clock() {
+  if (robot.state) say($("clock"), fixed(robot.runs ? Math.floor(robot.time()) : robot.state.t, robot.runs ? 0 : 2) + " s, " + robot.state.time_mode);
 }
 
 function linked(link) {
-  say($("link"), link === "connected" ? "connected" : link === "token" ? "needs a token" : link);
-  mark($("link"), "data-kind", link === "connected" ? "ok" : "bad");
-  mark(document.body, "data-link", link === "connected");
-  $("ask").hidden = link !== "token";
+  const connected = link === "connected", token = link.endsWith("token");
+  say($("link"), link === "token" ? "needs a token" : link);
+  mark($("link"), "data-kind", connected ? "ok" : "bad");
+  mark(document.body, "data-link", connected);
+  $("ask").hidden = !token;
+  say($("told"), link === "wrong token" ? "The emulator refuses this token. Use the one of --control-token." : "The token of --control-token. It stays in this page.");
+  $("gone").hidden = connected || token || link === "connecting";
+  say($("gone"), robot.state ? "The emulator does not answer. The page shows its last state, and connects again when the emulator is back."
+    : "The emulator does not answer. The page connects when it does.");
+  if (connected && !$("version").textContent) robot.get("version").then(found => say($("version"), found.version), () => {});
 }
 
-robot.on("state", header);
-robot.on("link", linked);
-robot.on("state", state => { for (const found of views.values()) if (found.shown) found.told.state?.(state); });
+function told(kind, value) {
+  for (const found of views.values()) if (found.shown) found.told[kind]?.(value);
+}
+
+robot.on("state", state => { bar.state(state); clock(); told("state", state); });
+robot.on("pose", state => { bar.state(state); clock(); told("pose", state); });
 robot.on("event", event => { for (const found of views.values()) found.told.event?.(event); });
+robot.on("link", linked);
+setInterval(() => {
+  if (document.hidden || !robot.state || !robot.runs) return;
+  clock();
+  told("tick");
+}, TICK);
 $("ask").addEventListener("submit", event => {
   event.preventDefault();
   robot.token = $("token").value;
+  robot.link = "connecting";
   robot.look();
   robot.listen();
 });
@@ -123,10 +117,12 @@ if (name) {
   $("cell").hidden = false;
   document.title = decodeURIComponent(name) + " - ts3100";
 }
+// What stays in sight below the bar is as high as the bar leaves room for.
+new ResizeObserver(() => document.documentElement.style.setProperty("--top", $("fixed").offsetHeight + "px")).observe($("fixed"));
 tabs();
+createSplit($("views"), on => setShown("arm", on, undefined, {"aria-label": "Robot"}));
 layout();
 addEventListener("hashchange", layout);
-WIDE.addEventListener("change", layout);
 // The view of the program takes files that are dropped anywhere on the page. It is loaded when one first comes.
-addEventListener("dragenter", () => import("./program.js").then(module => module.takeDrops(robot)), {once: true});
+addEventListener("dragenter", () => import("./drop.js").then(module => module.takeDrops(robot)), {once: true});
 robot.start();

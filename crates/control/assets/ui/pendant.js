@@ -3,8 +3,8 @@
 // Jogging is hold to move. The call that moves an axis stays open while the key is held; ending the call stops the arm, and
 // `jog/stop` is sent as well. Whatever makes it doubtful that somebody still holds the key ends the call.
 
-import {make, button, fixed, list, mark, say} from "./dom.js";
-import {choice, toggle} from "./panel.js";
+import {make, button, choice, fixed, list, mark, say, toggle} from "./dom.js";
+import {status} from "./status.js";
 
 const COLUMNS = 40, ROWS = 14;     // the display, without its first and last line
 const POSITIONS = 200;             // positions that are listed
@@ -38,28 +38,33 @@ function printed(text) {
   return rows;
 }
 
-const numbers = values => values.map(value => fixed(value, 2)).join(" ");
-
 /** A position as DATA writes it: coordinates, then the configuration. */
 const position = values => values.slice(0, -1).map(value => fixed(value, 2)).join("  ") + "  /" + values.at(-1);
 
-function statusRows(state) {
-  const arm = state.arm;
-  const rows = [
-    "MODE      " + state.master_mode, "KEY       " + state.key_switch.toUpperCase(),
-    "SERVO     " + (state.servo ? "ON" : "OFF") + (state.emergency_stop ? "   EMERGENCY STOP" : state.safety_open ? "   SAFETY OPEN" : ""),
-    "RUN MODE  " + state.run_mode + (state.feed_hold ? "   FEED HOLD" : "") + (state.machine_lock ? "   LOCK" : ""),
-    "OVERRIDE  " + state.override_percent + " %", "FILE      " + (state.file || "none") + (state.file ? "  LINE " + state.line : ""),
-    "EXECUTION " + state.status,
-  ];
-  rows.push(...wrap("JOINT     " + numbers(arm.joints), 10), ...wrap("WORLD     " + numbers(arm.world), 10));
-  rows.push("WORK      " + (arm.work_name || "none"), "ALARM     " + (state.alarms[0] ? state.alarms[0].number + " " + state.alarms[0].text : "none"));
-  return rows;
+/** The axes in a table: a row each, with its joint and the coordinates in world and work. */
+function axisRows({joints, world, work}) {
+  const cell = value => (value === undefined ? "" : fixed(value, 2)).padStart(11), names = CARTESIAN[Math.max(joints.length, Math.min(6, world.length))] ?? CARTESIAN[6];
+  return ["         JOINT        WORLD       WORK", ...names.map((name, at) => (joints[at] === undefined ? "" : "J" + (at + 1)).padEnd(3) + cell(joints[at]) + "  " + name + cell(world[at]) + cell(work[at]))];
 }
+
+function statusRows(state, lines) {
+  const alarm = state.alarms[0];
+  return [
+    "MODE  " + state.master_mode.padEnd(17) + "KEY " + state.key_switch.toUpperCase(),
+    "SERVO " + (state.servo ? "ON" : "OFF").padEnd(6) + state.run_mode.padEnd(11) + "SPEED " + state.override_percent + " %" + (state.machine_lock ? "  LOCK" : ""),
+    "FILE  " + (state.file ? state.file + "  LINE " + (state.executed_line || state.line) : "none"),
+    ...wrap(status(state, lines)[1], 2).slice(0, 2),
+    ...axisRows(state.arm),
+    "WORK  " + (state.arm.work_name || "none"), ...wrap("ALARM " + (alarm ? alarm.number + " " + alarm.text : "none"), 6).slice(0, 2),
+  ];
+}
+
+/** Whether an INPUT waits for a value at the pendant. */
+const asks = state => state.tasks.some(task => task.doing === "input" && !task.reads);
 
 /** The display and its keys. */
 function makeDisplay(robot) {
-  let page = "status", ether = 0, chosen = 0, back = 0, typed = "", history = [], asked = false;
+  let page = "status", ether = 0, chosen = 0, back = 0, typed = "", history = [], asked = false, opened = false;
   const rows = Array.from({length: ROWS + 2}, () => make("div", {}));
   rows[0].className = rows[ROWS + 1].className = "bar";
   const screen = make("div", {class: "screen", role: "region", "aria-label": "Display", tabindex: "0"}, ...rows);
@@ -157,7 +162,7 @@ function makeDisplay(robot) {
     }
     if (page === "tp") {
       const all = printed(state.pendant);
-      asked = state.tasks.some(task => task.doing === "input" && !task.reads);
+      asked = asks(state);
       const shown = ROWS - 1;
       back = Math.max(0, Math.min(back, all.length - shown));
       const end = all.length - back, rows = all.slice(Math.max(0, end - shown), end);
@@ -165,12 +170,17 @@ function makeDisplay(robot) {
       rows.push(asked || typed ? "? " + typed.slice(2 - COLUMNS + 1) + "_" : "");
       return {rows, hint: asked ? "INPUT waits: type a value, then ENTER" : back ? back + " rows below" : "\u25b2 \u25bc  earlier output"};
     }
-    return {rows: statusRows(state), hint: state.calendar};
+    return {rows: statusRows(state, robot.lines), hint: state.calendar};
   }
 
   function draw() {
     const state = robot.state;
     if (!state) return;
+    // Whoever opens the pendant while a program asks is going to answer.
+    if (opened) {
+      opened = false;
+      if (asks(state)) return turn("tp");
+    }
     pages.forEach((key, at) => mark(key, "aria-pressed", PAGES[at][0] === page));
     const found = body(state);
     say(rows[0], " " + (found.title ?? NAMES[page]).padEnd(24).slice(0, 24) + " " + (state.file || "").slice(0, 12).padStart(13) + " ");
@@ -200,7 +210,11 @@ function makeDisplay(robot) {
   return {
     element, draw,
     event(event) { if (page === "alarms" && (event.event === "alarm" || event.event === "alarms-reset")) readHistory(); },
-    show() { if (page === "alarms") readHistory(); draw(); },
+    show() {
+      opened = true;
+      if (page === "alarms") readHistory();
+      draw();
+    },
   };
 }
 
@@ -402,7 +416,7 @@ function makeTeach(robot) {
 
   return {
     element: make("section", {class: "teach", "aria-label": "Positions"}, make("h3", {}, "Positions of the selected file"),
-      make("div", {class: "scroll", tabindex: "0", role: "region", "aria-label": "List of positions"}, table, none), more,
+      table, none, more,
       make("div", {class: "row add"}, make("label", {for: "pendant-point"}, "New position"), name, add.element), told),
     state(state) { if (state.file !== file) { file = state.file; read(); } },
     event(event) { if (shown && ["stored", "selected", "status"].includes(event.event)) read(); },
@@ -422,12 +436,20 @@ export function create(robot) {
       jog.draw();
       teach.state(state);
     },
+    pose() {
+      display.draw();
+      jog.draw();
+    },
     event(event) {
       if (!shown) return;
       display.event(event);
       teach.event(event);
     },
-    show() { shown = true; display.show(); jog.show(); teach.show(); },
+    show() {
+      shown = true;
+      for (const part of [display, jog, teach]) part.show();
+      if (robot.state) this.state(robot.state);
+    },
     hide() { shown = false; jog.hide(); teach.hide(); },
   };
 }

@@ -1,22 +1,43 @@
-// The robot as the page knows it: calls, the stream of events, and the state that is read again after events.
+// The robot as the page knows it: calls, the stream of events, and one state for everything that is shown.
 //
-// There is one stream of events for the whole page. It goes on where it was cut, and nothing is read while the page is
-// hidden.
+// The stream says when the state may have changed, so nothing is asked for while nothing happens. While the arm moves, its
+// pose is read once a frame and put into the state: every number on the page is of the same moment. Nothing is read while the
+// page is hidden.
 
 const PAUSE = 2000;      // before the stream of events is opened again, in ms
-const IDLE = 1000;       // between two readings of the state while nothing happens
-const BUSY = 100;        // the same after an event and while the robot moves
-const SILENCE = 10_000;  // after which a reading without an answer is given up, in ms
+const BUSY = 100;        // between two readings of the whole state, in ms
+const LINGER = 400;      // how long the pose is still read after the arm has come to rest, in ms
+const SILENCE = 8000;    // after which a stream or a reading without a byte is given up, in ms; the stream has one each 5 s
 const KEPT = 5000;       // events kept for views that are opened later
 const KNOWN = 2000;      // within which a stream that goes on repeats the last event, in ms
 
 /** Why a call was refused: the words of the emulator. */
-export class Refusal extends Error {
-  constructor(status, problem) {
-    super(problem.error ?? problem.detail ?? ("refused: " + status));
+class Refusal extends Error {
+  constructor(status, problem = {}) {
+    super(problem.error ?? problem.detail ?? (status ? "refused: " + status : "the emulator does not answer; is it still running?"));
     this.status = status;
     this.problem = problem;
   }
+}
+
+/** A function that does `call` now, or as soon as `pause` ms have gone since the last time. */
+export function atMost(pause, call) {
+  let last = -Infinity, timer;
+  return () => {
+    if (timer !== undefined) return;
+    timer = setTimeout(() => {
+      timer = undefined;
+      last = performance.now();
+      call();
+    }, Math.max(0, last + pause - performance.now()));
+  };
+}
+
+/** The lines of a text, as the robot counts them. */
+export function splitLines(text) {
+  const lines = text.split(/\r\n|\n|\r/);
+  if (lines.length > 1 && lines.at(-1) === "") lines.pop();
+  return lines;
 }
 
 export class Robot {
@@ -27,8 +48,12 @@ export class Robot {
     this.first = 1;      // number of the first event that is kept
     this.next = 1;       // number of the next event
     this.token = "";
-    this.listeners = {state: [], event: [], link: [], reset: []};
+    this.listeners = {state: [], pose: [], event: [], link: [], reset: []};
     this.link = "connecting";
+    this.started = false;
+    this.read = -BUSY;   // when the state was read
+    this.lines = [];     // of the selected file
+    this.file = "";
   }
 
   on(kind, listener) { this.listeners[kind].push(listener); }
@@ -46,8 +71,14 @@ export class Robot {
   async fetch(method, path, body, options = {}) {
     const headers = this.headers(body === undefined ? {} : {"Content-Type": "application/json"});
     const text = body === undefined ? undefined : JSON.stringify(body);
-    const response = await fetch(new URL(path.replace(/^\//, ""), this.base), {method, headers, body: text, ...options});
-    if (response.status === 401) this.setLink("token");
+    let response;
+    try {
+      response = await fetch(new URL(path.replace(/^\//, ""), this.base), {method, headers, body: text, ...options});
+    } catch (error) {
+      // The words of a browser differ, and say nothing of the emulator.
+      throw options.signal?.aborted && options.signal.reason?.name !== "TimeoutError" ? error : new Refusal(0);
+    }
+    if (response.status === 401) this.setLink(this.token ? "wrong token" : "token");
     if (!response.ok) throw new Refusal(response.status, await response.json().catch(() => ({})));
     return response;
   }
@@ -56,7 +87,7 @@ export class Robot {
   async call(method, path, body, options) {
     const response = await this.fetch(method, path, body, options);
     const text = await response.text();
-    if (method !== "GET") this.lookSoon();
+    if (method !== "GET" && this.started) this.lookSoon();
     return text && (response.headers.get("Content-Type") ?? "").includes("json") ? JSON.parse(text) : text;
   }
 
@@ -67,36 +98,98 @@ export class Robot {
 
   /** Begins to read; ends never. */
   start() {
+    this.started = true;
     document.addEventListener("visibilitychange", () => { if (!document.hidden) { this.look(); this.listen(); } });
     this.look();
     this.listen();
   }
 
-  lookSoon() {
-    if (this.timer !== undefined && this.due > performance.now() + BUSY) this.lookIn(BUSY);
+  /** Virtual time now. It continues between two readings of the state: nothing is asked for to show it. */
+  time() {
+    const {t, time_mode: mode} = this.state, factor = mode === "real" ? 1 : Number(/^x(\d+)/.exec(mode)?.[1] ?? 0);
+    return this.link === "connected" ? t + factor * (performance.now() - this.shown) / 1000 : t;
   }
 
-  lookIn(pause) {
-    clearTimeout(this.timer);
-    this.due = performance.now() + pause;
-    this.timer = setTimeout(() => this.look(), pause);
+  /** Whether time passes by itself. */
+  get runs() { return /^(real|x)/.test(this.state.time_mode); }
+
+  /** The state is read again, at most ten times a second. */
+  lookSoon() {
+    if (this.timer === undefined) this.timer = setTimeout(() => this.look(), Math.max(0, this.read + BUSY - performance.now()));
   }
 
   async look() {
-    if (document.hidden || this.looking) return;
+    clearTimeout(this.timer);
+    this.timer = undefined;
+    if (document.hidden) return;
+    if (this.looking) { this.again = true; return; }
     this.looking = true;
+    this.again = false;
+    this.read = performance.now();
     let state;
     try {
       state = await this.get("state");
       this.setLink("connected");
     } catch (error) {
-      if (error.status !== 401) this.setLink(error instanceof Refusal ? "refused: " + error.message : "not connected");
+      // With a token the form asks again.
+      if (error.status === 401) { this.looking = false; return; }
+      this.setLink(error.status ? "refused: " + error.message : "not connected");
     }
     this.looking = false;
-    this.state = state ?? this.state;
-    const moves = state && (state.arm.moving || state.status === "running");
-    this.lookIn(moves ? BUSY : IDLE);
-    if (state) this.emit("state", state);
+    if (state) {
+      this.state = state;
+      this.shown = performance.now();
+      this.emit("state", state);
+      this.readSource();
+      if (state.arm.moving && this.rest !== String(state.arm.joints)) this.follow();
+    } else setTimeout(() => this.lookSoon(), PAUSE);
+    if (this.again) this.lookSoon();
+  }
+
+  /** Reads the pose once a frame until the arm rests. A motion that is held, or whose time stands still, rests. */
+  async follow() {
+    if (this.following) return;
+    this.following = true;
+    this.rest = "";
+    let moved = performance.now(), last = "";
+    while (!document.hidden && this.link === "connected" && performance.now() - moved < LINGER) {
+      await new Promise(requestAnimationFrame);
+      if (this.looking) continue;
+      if (performance.now() - this.read > BUSY && this.timer === undefined) this.look();
+      else await this.readPose();
+      const shown = String(this.state.arm.joints);
+      if (last !== (last = shown)) moved = performance.now();
+    }
+    this.rest = last;
+    this.following = false;
+  }
+
+  async readPose() {
+    const before = this.state;
+    let pose;
+    try { pose = await this.get("arm/pose"); } catch { return; }
+    // A whole state that was read meanwhile is newer.
+    if (this.state !== before) return;
+    const {joints, world, work, moving, percent} = pose;
+    this.state = {...before, t: pose.t, executed_line: pose.executed_line, analysed_line: pose.analysed_line,
+      arm: {...before.arm, joints: joints.slice(0, before.arm.joints.length), world, work, moving, percent}};
+    this.shown = performance.now();
+    this.emit("pose", this.state);
+  }
+
+  /** The lines of the selected file, read again when it was selected or stored. */
+  async readSource() {
+    const {file} = this.state;
+    if (file === this.file) return;
+    this.file = file;
+    this.lines = [];
+    if (!file) return;
+    try {
+      const {text} = await this.get("files/" + encodeURIComponent(file));
+      if (this.file !== file) return;
+      this.lines = splitLines(text ?? "");
+    } catch { return; }
+    this.emit("state", this.state);
   }
 
   async listen() {
@@ -108,21 +201,29 @@ export class Robot {
     // The last event is asked for again. If it does not come, or is another one, the process was started anew.
     let last = this.events.at(-1);
     const anew = () => { this.events = []; this.next = 1; this.emit("reset"); abort.abort(); };
-    let due;
+    let due, silence;
+    const heard = () => {
+      clearTimeout(silence);
+      silence = setTimeout(() => abort.abort(), SILENCE);
+    };
     if (last) this.next = last.seq;
     try {
-      const response = await this.fetch("GET", "events?since=" + this.next, undefined, {signal: abort.signal});
+      heard();
+      const response = await this.fetch("GET", "events?state=true&since=" + this.next, undefined, {signal: abort.signal});
+      this.lookSoon();
       if (last) due = setTimeout(anew, KNOWN);
       const reader = response.body.getReader(), decoder = new TextDecoder();
       let rest = "";
       for (;;) {
         const {done, value} = await reader.read();
         if (done) break;
+        heard();
         const blocks = (rest + decoder.decode(value, {stream: true})).split("\n\n");
         rest = blocks.pop();
         for (const block of blocks) {
-          const event = last && this.read(block);
-          if (!event) { this.take(this.read(block)); continue; }
+          if (block.startsWith("event: changed\n")) { this.lookSoon(); continue; }
+          const event = last && this.eventOf(block);
+          if (!event) { this.take(this.eventOf(block)); continue; }
           clearTimeout(due);
           if (event.seq === undefined) this.take(event);
           else if (event.t === last.t && event.event === last.event) this.next = event.seq + 1;
@@ -132,13 +233,16 @@ export class Robot {
       }
     } catch { /* opened again below */ }
     clearTimeout(due);
+    clearTimeout(silence);
     document.removeEventListener("visibilitychange", hide);
     this.listening = false;
-    if (!document.hidden) setTimeout(() => this.listen(), PAUSE);
+    if (document.hidden || this.link.endsWith("token")) return;
+    this.lookSoon();
+    setTimeout(() => this.listen(), PAUSE);
   }
 
   /** The event of a block of the stream; none of a comment. */
-  read(block) {
+  eventOf(block) {
     const line = block.split("\n").find(line => line.startsWith("data: "));
     return line && JSON.parse(line.slice(6));
   }
@@ -155,7 +259,10 @@ export class Robot {
     this.next = event.seq + 1;
     this.events.push(event);
     if (this.events.length > KEPT) this.events.splice(0, this.events.length - KEPT);
+    if (event.event === "selected" || (event.event === "stored" || event.event === "erased") && event.file === this.file) {
+      this.file = undefined;
+      this.lookSoon();
+    }
     this.emit("event", event);
-    this.lookSoon();
   }
 }

@@ -20,6 +20,8 @@ const NAMES = Object.fromEntries(("SU status;SF total status;CA directory;VR ver
   + "ZS coordinate system;MN maintenance;RM maintenance reset;PS current position;MP move;EM control right;ZC origin change;MD guide mode;RT guide rate;SC guide coordinates;JG guide").split(";").map(one => [one.slice(0, 2), one.slice(3)]));
 const LETTERS = /^(?:<STX>)?([A-Z]{2})(?![A-Za-z])/;
 const CONTROLS = {"02": "STX", "03": "ETX", "0d": "CR", "0a": "LF", "1a": "EOF"};
+/** The value of a field; codes of the framing as everywhere on the page. */
+const fieldValue = ({name, value}) => Object.values(CONTROLS).includes(name) ? "<" + name + ">" : String(value);
 const ARROWS = {in: "host \u2192 robot", out: "robot \u2192 host"};
 const WORST = ["", "note", "warning", "error"];
 
@@ -263,7 +265,6 @@ function dump(hex) {
   if (2 * DUMP < hex.length) element.append(hex.length / 2 - DUMP + " more bytes\n");
   return {element, mark(start, end) {
     cells.forEach((pair, at) => pair.forEach(cell => mark(cell, "class", at >= start && at < end ? "on" : "")));
-    if (end && cells[start]) element.scrollTop = cells[start][0].offsetTop - 40;
   }};
 }
 
@@ -476,7 +477,7 @@ export function create(robot) {
       ["Time", found.t.toFixed(6) + " s"], ["Port", found.port], ["Direction", text],
       ["Command", found.kind === "in" && group?.command && group.rows[0] === found && group.command + " " + (NAMES[group.command] ?? "")],
       ["Operands", found.kind === "in" && group?.rows[0] === found && found.body?.replace(/^[A-Za-z]{2},?/, "").replace(/<CR>$/, "")],
-      ["Outcome", text && group?.command && (group.outcome ?? (group.reason ? "refused" : "")) + (group.mode ? " in " + group.mode : "")],
+      ["Outcome", text && group?.command && (group.outcome ?? (group.reason ? "refused" : "")) + (group.mode ? " in " + group.mode : "") + (group.findings ? ", with " + group.findings + (group.findings === 1 ? " finding" : " findings") : "")],
       ["Reason", text && !group?.findings && group?.reason],
       ["Answer to", found.kind === "out" && group?.rows[0] !== found && group?.command],
       ["Length", found.hex && found.hex.length / 2 + " bytes"],
@@ -510,7 +511,7 @@ export function create(robot) {
     const all = await decode(found);
     if (selected !== found || !all.length) return;
     fields.append(...all.map(field => {
-      const line = make("tr", {tabindex: "0"}, make("th", {scope: "row", title: field.key}, field.name), make("td", {}, String(field.value)),
+      const line = make("tr", {tabindex: "0"}, make("th", {scope: "row", title: field.key}, field.name), make("td", {}, fieldValue(field)),
         make("td", {class: "number"}, field.end - field.start > 1 ? field.start + "\u2013" + (field.end - 1) : String(field.start)));
       for (const name of ["mouseenter", "focus"]) line.addEventListener(name, () => bytes.mark(field.start, field.end));
       for (const name of ["mouseleave", "blur"]) line.addEventListener(name, () => bytes.mark(0, 0));
@@ -538,7 +539,7 @@ export function create(robot) {
       if (!ARROWS[found.kind]) continue;
       lines.push(found.t.toFixed(6) + "  " + ARROWS[found.kind].replace("\u2192", "->") + "  " + found.text);
       for (let at = 0; at < Math.min(found.hex.length, 2 * DUMP); at += 64) lines.push("    " + bytesOf(found.hex.slice(at, at + 64)).join(" "));
-      for (const field of await decode(found)) lines.push("    " + field.name + ": " + field.value);
+      for (const field of await decode(found)) lines.push("    " + field.name + ": " + fieldValue(field));
     }
     if (group.more) lines.push(group.more + " more rows are omitted");
     lines.push("", "STATE OF THE ROBOT", "",
@@ -565,8 +566,13 @@ export function create(robot) {
       if (paused) waiting += 1; else queue.push(event);
       ask();
     },
-    show() {
+    show(part) {
       visible = true;
+      if (part === "findings") {
+        kind.select.value = "findings";
+        for (const one of [port.select, command.select, search]) one.value = "";
+        follow = true;
+      }
       if (!paused) rebuild();
       ask();
     },
