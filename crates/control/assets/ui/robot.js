@@ -20,6 +20,9 @@ class Refusal extends Error {
   }
 }
 
+/** Where a motion is held, and what may hold it: while this is the same, the arm rests. */
+const heldAt = ({arm, feed_hold: hold, status}) => String([arm.joints, hold, status]);
+
 /** A function that does `call` now, or as soon as `pause` ms have gone since the last time. */
 export function atMost(pause, call) {
   let last = -Infinity, timer;
@@ -141,7 +144,8 @@ export class Robot {
       this.shown = performance.now();
       this.emit("state", state);
       this.readSource();
-      if (state.arm.moving && this.rest !== String(state.arm.joints)) this.follow();
+      if (!state.arm.moving) this.rest = "";
+      else if (this.rest !== heldAt(state)) this.follow();
     } else setTimeout(() => this.lookSoon(), PAUSE);
     if (this.again) this.lookSoon();
   }
@@ -160,7 +164,7 @@ export class Robot {
       const shown = String(this.state.arm.joints);
       if (last !== (last = shown)) moved = performance.now();
     }
-    this.rest = last;
+    this.rest = heldAt(this.state);
     this.following = false;
   }
 
