@@ -420,6 +420,10 @@ impl Watch {
             self.is_stop_wanted = true;
             self.do_since = (row == "DO" && self.has_shortest_do).then_some(at);
         }
+        if verdict == Verdict::Served && row == "RN" {
+            // From now on the program is shown, which may end at once.
+            self.do_since = None;
+        }
         let now = Rights::of(controller);
         let valid = |rights: Rights| {
             let valid =
