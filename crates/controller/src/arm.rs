@@ -106,6 +106,9 @@ pub struct Arm {
     /// Posture while no motion is under way.
     rest: Joints,
     active: Option<Box<ActiveMotion>>,
+    /// The motion before it, which slows until the active one begins. Earlier snapshots have none.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    slowing: Option<Box<ActiveMotion>>,
     /// The motion that a stop (retry) interrupted.
     interrupted: Option<Box<ActiveMotion>>,
     /// Work coordinate of the position last moved to, if the position has its own.
@@ -175,6 +178,7 @@ impl Arm {
             model,
             rest,
             active: None,
+            slowing: None,
             interrupted: None,
             position_work: None,
             guide: None,
@@ -206,6 +210,7 @@ impl Arm {
         )?;
         let motions = [
             ("arm.active", &self.active),
+            ("arm.slowing", &self.slowing),
             ("arm.interrupted", &self.interrupted),
         ];
         for (place, active) in motions {
@@ -232,7 +237,9 @@ impl Arm {
 
     /// Joint values at `now`.
     pub fn joints(&self, now: Time) -> Joints {
-        let moving = self.unlocked();
+        let slows = self.active.as_deref().is_some_and(|active| now < active.start);
+        let slowing = self.slowing.as_deref().filter(|_| slows);
+        let moving = slowing.or_else(|| self.unlocked());
         moving.map_or(self.rest, |active| {
             active.motion.joints_at(now.since(active.start))
         })
@@ -299,14 +306,19 @@ impl Arm {
         let planned = self.plan_motion(motion, start, &from, pace, locked)?;
         // After planning, because a motion that cannot be planned changes nothing.
         self.position_work = destination_work(&motion.path);
-        self.set_off(planned, from);
+        self.set_off(now, planned, from);
         Ok(())
     }
 
     /// Begins a planned motion, from this posture.
-    fn set_off(&mut self, planned: ActiveMotion, from: Joints) {
+    fn set_off(&mut self, now: Time, planned: ActiveMotion, from: Joints) {
         // The motion that is replaced may slow until then, and it counts to its end.
         self.add_wear_until(planned.start);
+        self.slowing = match self.active.take() {
+            // It has not begun: the one before it still slows.
+            Some(replaced) if now < replaced.start => self.slowing.take(),
+            replaced => replaced.filter(|replaced| !replaced.locked),
+        };
         self.rest = from;
         self.drop_interrupted();
         self.active = Some(Box::new(planned));

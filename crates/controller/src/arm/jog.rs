@@ -124,7 +124,7 @@ impl Arm {
             frames: None,
             next: None,
         };
-        self.set_off(jogged, from);
+        self.set_off(now, jogged, from);
         self.guide = Some(jog.by);
         Ok(())
     }
