@@ -256,8 +256,21 @@ def hosts():
 
 
 def trust():
-    """what the page Trust names, in its bounded form: simulation, second opinion, kill -9, soak, and the defects planted for them"""
+    """what the page Trust names, in its bounded form: simulation, second opinion, kill -9, soak, their planted defects; in full mutants of changed lines"""
     run(sys.executable, "tests/trust.py", "run", "--serve", dist())
+    if FORM == "full":
+        run(sys.executable, "tests/mutants", "--canary")
+        run(sys.executable, "tests/mutants", "--in-diff", last_week(), "--count", "20", "--seed", last_week())
+
+
+def last_week():
+    """The commit of a week ago: full runs weekly, so its mutants are of what has changed since."""
+    listed = ["git", "rev-list", "--first-parent", "HEAD"]
+    for words in (["--max-count=1", "--before=7.days.ago"], ["--max-parents=0"]):
+        found = subprocess.run([*listed, *words], cwd=ROOT, stdout=subprocess.PIPE, text=True, check=True).stdout.split()
+        if found:
+            return found[0]
+    raise Failed("no commit found: mutants of changed lines need a clone with its history")
 
 
 def control():
