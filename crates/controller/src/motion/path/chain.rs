@@ -24,6 +24,8 @@ use libm::sqrt;
 const CHECKED_POINTS: u32 = 64;
 /// Rounding allowed when one motion ends and another brakes, s: a few microseconds.
 const ROUNDING: f64 = 1e-5;
+/// Rounding of a time of the chain that was a part of its duration, s: a motion that begins now has begun.
+const INSTANT: f64 = 1e-9;
 /// Part of a path over which its direction at an end is measured.
 const END_PART: f64 = 1e-3;
 /// Factor by which the tool may be faster between two of these points, and in the overlap than in either motion.
@@ -128,7 +130,7 @@ impl ChainedMotion {
     }
 
     fn joints_at(&self, time: f64) -> Joints {
-        let time = time - self.begins;
+        let time = (time - self.begins).max(0.0);
         if time >= self.profile.duration() {
             return self.path.joints_at(1.0);
         }
@@ -258,11 +260,13 @@ impl Chain {
     /// Part of the motion begun last that is gone.
     pub(in crate::motion) fn part_at(&self, time: f64) -> f64 {
         let motion = self.motions.get(self.current(time));
-        motion.map_or(1.0, |motion| motion.profile.state_at(time - motion.begins).place)
+        motion.map_or(1.0, |motion| {
+            motion.profile.state_at((time - motion.begins).max(0.0)).place
+        })
     }
 
     fn current(&self, time: f64) -> usize {
-        let begun = self.motions.iter().rposition(|motion| motion.begins <= time);
+        let begun = { self.motions.iter() }.rposition(|motion| motion.begins <= time + INSTANT);
         begun.unwrap_or(0)
     }
 }

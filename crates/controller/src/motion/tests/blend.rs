@@ -191,6 +191,32 @@ fn when_the_next_became_known_does_not_matter_nor_who_asked() {
     assert!((last.duration().as_secs_f64() - 0.95).abs() < 2e-6);
 }
 
+/// Found by `ts3100 simulate`: a rounding before its beginning, the arm was at the end of the motion before.
+#[test]
+fn a_motion_added_at_rest_on_the_way_leaves_the_arm_where_it_is() {
+    let model = ArmModel::tv800();
+    let (first, next) = corner(&model, &Limits::FULL);
+    let whole = blended(&model, &first, 0.0, &next, 80.0);
+    // Back again: both ramps together ask for more than the arm has, so the last motion is planned anew.
+    let back = Target::Pose(down(400.0, 100.0, 300.0), KEEP, Route::Line);
+    let back = planned(&model, &next.end(), &back, &Limits::FULL);
+    let begins = whole.last_begins().unwrap();
+    let mut added = 0;
+    for step in 0..200 {
+        let mut held = whole.clone();
+        held.hold(begins + Duration::from_micros(137 * step));
+        let at = held.duration() + seconds(1.0);
+        held.resume(at);
+        if let Some(longer) = held.blend(&model, at, &back, 50.0, &NO_TOOL) {
+            let (here, there) = (held.joints_at(at), longer.joints_at(at));
+            let gap = here.iter().zip(there).map(|(here, there)| (here - there).abs());
+            assert!(gap.fold(0.0, f64::max) < 1e-6, "step {step}: {here:?}, {there:?}");
+            added += 1;
+        }
+    }
+    assert!(added > 20, "{added}");
+}
+
 // clause: CMD-FD-01 CMD-FD-02 CMD-EC-04
 #[test]
 fn hold_override_and_break_across_a_blend_are_exact() {
