@@ -209,10 +209,15 @@ impl Cell {
 
     fn ask(&mut self, robot: usize, port: Port, command: &str, cut: bool, file: Option<Vec<u8>>) {
         let now = self.time(robot);
+        // While a disk of the cell works, a command waits outside of its robot.
+        let waits = self.world.is_storing();
         let Some(host) = self.host(robot, port).filter(|host| host.is_idle()) else {
             return;
         };
         host.ask(now, command, file);
+        if let Some(asked) = host.asked.as_mut() {
+            asked.crosses |= waits;
+        }
         if cut && let Some(bytes) = host.conversation.poll_transmit(Duration::ZERO) {
             let (first, rest) = bytes.split_at(bytes.len() / 2);
             self.feed(robot, Input::received(port, first.to_vec()));

@@ -14,7 +14,7 @@ pub struct Asked {
     pub command: String,
     /// When something came for it last, or when it was sent.
     pub at: Time,
-    /// A text was on its way when it was sent: the robot had begun it before it knew of the request.
+    /// A text was on its way when it was sent, or may have begun before the robot knew of it.
     pub crosses: bool,
     /// The file that is downloaded after the OK.
     pub file: Option<Vec<u8>>,

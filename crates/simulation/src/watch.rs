@@ -293,8 +293,9 @@ impl Watch {
     fn plant(&self, now: &mut Observation) {
         let turn = (self.texts % 2) as f64;
         match self.canary {
+            // Too little to be a matter of speed.
             Some(Rule::StillWithoutServo) if !now.servo && now.at.since(self.servo_off) > BRAKING => {
-                now.joints[0] += turn * 1e-3;
+                now.joints[0] += turn * 0.5 * ROUNDING;
             }
             Some(Rule::AlarmsLatch) if turn > 0.0 => now.active.truncate(0),
             Some(Rule::ShortestDo) if self.do_since.is_some() => now.status = ExecutionStatus::Reset,
