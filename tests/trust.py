@@ -47,7 +47,7 @@ def ended(command):
 
 def figures(patterns, output):
     """What the patterns find, the same thing several times with its number."""
-    found = [" ".join(match.group().split()) for pattern in patterns for match in re.finditer(pattern, output)]
+    found = [" ".join(match.group().replace(";", ",").split()) for pattern in patterns for match in re.finditer(pattern, output)]
     counted = ["%s (%d times)" % (text, count) if count > 1 else text for text, count in collections.Counter(found).items()]
     more = ["and %d more" % (len(counted) - MOST_FIGURES)] if len(counted) > MOST_FIGURES else []
     return ", ".join(counted[:MOST_FIGURES] + more)
