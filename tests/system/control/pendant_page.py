@@ -218,6 +218,22 @@ def in_sight(page, locator, what):
         sys.exit("%s is not in sight: %s in %s" % (what, box, size))
 
 
+def everywhere(page, state):
+    """A state is told, and the keys are in sight, at every size, in light and in dark."""
+    before = page.viewport_size
+    for size, (width, height) in SIZES.items():
+        page.set_viewport_size({"width": width, "height": height})
+        for scheme in "light", "dark":
+            page.emulate_media(color_scheme=scheme)
+            for what in ("#now", "#bar .emergency", "#bar .start", "#bar .stop"):
+                in_sight(page, page.locator(what), "%s, %s, %s: %s" % (state, size, scheme, what))
+            # What is laid out differs by size, what is coloured by scheme: each is looked at once.
+            if (size, scheme) in (("desktop", "dark"), ("phone", "light")):
+                accessible(page, "%s, %s, %s" % (state, size, scheme))
+    page.set_viewport_size(before)
+    page.emulate_media(color_scheme="light")
+
+
 # Elements inside a view that scroll down by themselves.
 SCROLLERS = """() => [...document.querySelectorAll("#views *")].filter(one => one.offsetParent && one.scrollHeight > one.clientHeight + 1
     && ["auto", "scroll"].includes(getComputedStyle(one).overflowY)).map(one => one.className || one.id)"""
@@ -312,6 +328,12 @@ PROGRAM SUBP(X)
 END
 """
 
+ASKING = """PROGRAM ASKING
+  PRINT "HOW MANY?", CR
+  INPUT N
+END
+"""
+
 
 def states(browser, binary):
     """What the robot waits for, and why it has stopped, is told in the bar, in words and by colour."""
@@ -330,12 +352,15 @@ def states(browser, binary):
         expect(now).to_have_text("waits for input 5")
         expect(now).to_have_attribute("data-kind", "warn")
         expect(page.locator(".source")).to_have_attribute("data-kind", "warn")
+        everywhere(page, "waits for an input")
         with socket.create_connection(robot.address("ip1"), timeout=10) as peer:
             robot.inputs[5] = True
             expect(now).to_have_text("waits for a value from IP1")
+            everywhere(page, "waits for a peer")
             peer.sendall(b"4\r")
             expect(now).to_have_text("breakpoint, line 7")
             expect(start).to_have_text("START WAITING line 7")
+            everywhere(page, "breakpoint")
         robot.request("PUT", "/breakpoints", {"lines": []})
         robot.start_program()
         robot.advance(1)
@@ -346,6 +371,7 @@ def states(browser, binary):
         tasks = page.get_by_role("region", name="Tasks", exact=True)
         expect(tasks.get_by_role("row").filter(has_text="SUBP")).to_contain_text("I = 3")
         expect(tasks.get_by_role("row").filter(has_text="WAITING")).to_contain_text("line 7")
+        everywhere(page, "alarm")
         alarm.click()
         expect(page.locator("#alarms")).to_contain_text("Remedy: Check the value before dividing.")
         page.locator("#alarms").get_by_role("button", name="ALARM RESET").click()
@@ -358,15 +384,24 @@ def states(browser, binary):
         badge.click()
         expect(page.get_by_role("grid", name="Traffic")).to_contain_text("left-in-exchange")
         expect(page.get_by_label("Show", exact=True)).to_have_value("findings")
+        everywhere(page, "findings")
         robot.request("POST", "/power/off", {})
         expect(now).to_have_text("power off")
         expect(start).to_have_attribute("data-ready", "false")
+        everywhere(page, "power off")
         # A button that is refused stays where it is.
         before = start.bounding_box()
         start.click()
         expect(page.locator("#bar")).to_contain_text("the power is off")
         if start.bounding_box() != before:
             sys.exit("START moves when it is refused")
+        robot.power_on()
+        robot.files["ASKING"] = ASKING
+        robot.select_file("ASKING")
+        robot.servo = True
+        robot.start_program()
+        expect(now).to_have_text("asks: HOW MANY?")
+        everywhere(page, "waits for a value at the pendant")
         closed(page)
     print("ok   what the robot waits for and why it has stopped")
 

@@ -63,12 +63,19 @@ export function list(parent, items, key, build, update) {
 
 let lastReason;
 
-/** Shows a reason below its button, over what is there: nothing moves. */
-function tell(reason, text) {
-  say(reason, text);
+/** Keeps a reason inside the window. */
+function place(reason) {
   reason.style.left = "0";
   const over = reason.getBoundingClientRect().right - document.documentElement.clientWidth + 8;
   if (over > 0) reason.style.left = -over + "px";
+}
+
+addEventListener("resize", () => { if (lastReason) place(lastReason); });
+
+/** Shows a reason below its button, over what is there: nothing moves. */
+function tell(reason, text) {
+  say(reason, text);
+  place(reason);
 }
 
 /**
