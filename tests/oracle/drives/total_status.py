@@ -93,8 +93,12 @@ class Walk:
         facts["emergency"] = int(pressed)
         if pressed:
             self.alarm(STOP)
+            # The program waits in INPUT, which any stop ends (INP-09): a restart goes on with the step after it.
+            waits = facts["status"] == "running"
             facts["status"], servo = alarms.effect(8, facts["status"], facts["servo"])
             facts["servo"] = int(servo)
+            if waits:
+                facts["status"] = "continue"
 
     def change_hold(self):
         self.command("FD")
@@ -150,8 +154,8 @@ class Walk:
         facts = self.facts
         if facts["status"] == "running":
             self.command("SP")
-            # CMD-FD-03: SP in a feed hold leaves stop (retry) and ends the hold; else CMD-SP-02.
-            facts["status"], facts["hold"] = ("retry" if facts["hold"] else "continue"), 0
+            # CMD-SP-02 and INP-09: the INPUT has ended, in a feed hold too, which SP ends (CMD-FD-03).
+            facts["status"], facts["hold"] = "continue", 0
         elif facts["selected"] and facts["status"] == "reset" and facts["servo"] and not facts["hold"] and STOP not in facts["alarms"]:
             if facts["run_mode"] in ("cycle", "continuous", "segment") and self.command("RN"):
                 facts.update(status="running", line=FILES[facts["selected"]], task=1)
