@@ -113,7 +113,7 @@ export type State = { alarms: ActiveAlarm[]; analysed_line: number; arm: Arm; ba
     executed_line: number; faults: Faults; feed_hold: boolean; file: string; files: Drive; findings: Record<string, any>;
     guide: Guidance; hands: string[]; inputs: Lines; key_switch: KeyPosition; line: number; machine_lock: boolean;
     master_mode: string; outputs: Lines; override_percent: number; parameters: Parameters; pendant: string; power: boolean;
-    power_on_minutes: number; run_minutes: number; run_mode: string; safety_open: boolean; servo: boolean;
+    power_on_minutes: number; run_minutes: number; run_mode: string; safety_open: boolean; scenario: boolean; servo: boolean;
     servo_due?: number | null; status: Status; t: number; tasks: Task[]; time_mode: string; variables: Variable[];
     watchdog?: Watchdog | null };
 export type Status = "running" | "stop (reset)" | "stop (retry)" | "stop (continue)";

@@ -96,6 +96,8 @@ pub struct ControllerState {
     faults: FaultList,
     /// Rules of the manual that hosts broke, with the number of times.
     findings: BTreeMap<String, u64>,
+    /// Whether a scenario is played; `/scenario` has its progress.
+    scenario: bool,
     /// The watchdog of a host, while it is armed.
     #[serde(skip_serializing_if = "Option::is_none")]
     watchdog: Option<WatchdogStatus>,
@@ -213,7 +215,7 @@ pub fn ether_pages(view: &View<'_>) -> Vec<PendantPage> {
 
 impl ControllerState {
     /// Reads the present state.
-    pub fn new(view: &View<'_>, findings: BTreeMap<String, u64>) -> ControllerState {
+    fn new(view: &View<'_>, findings: BTreeMap<String, u64>, scenario: bool) -> ControllerState {
         let controller = view.controller;
         let state = controller.state();
         let now = controller.now();
@@ -267,6 +269,7 @@ impl ControllerState {
             variables: VariableInfo::all(view),
             faults: FaultList::new(view),
             findings,
+            scenario,
             watchdog: state.watchdog.as_ref().map(|watchdog| WatchdogStatus {
                 timeout: watchdog.timeout.as_secs_f64(),
                 level: watchdog.level.number(),
@@ -332,7 +335,7 @@ call! {
     get_state = get("/state", responses((status = 200, body = ControllerState)))
 }
 pub async fn get_state(handle: Handle) -> Answer<ControllerState> {
-    let journal = Arc::clone(&handle.journal);
-    let look = move |view: &View<'_>| ControllerState::new(view, journal.findings_by_rule());
+    let (journal, scenario) = (Arc::clone(&handle.journal), handle.scenario.is_some());
+    let look = move |view: &View<'_>| ControllerState::new(view, journal.findings_by_rule(), scenario);
     handle.query(look).await.map(Json)
 }

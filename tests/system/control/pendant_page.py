@@ -125,6 +125,7 @@ def looks(browser, url, pictures):
     for size in SIZES:
         for dark in (False, True):
             page = opened(browser, url, size, dark)
+            page.on("response", lambda answer: answer.status < 400 or page.errors.append("%s is answered %d" % (answer.url, answer.status)))
             for view in VIEWS:
                 page.goto(url + "#" + view)
                 page.wait_for_selector("#view-%s:not([hidden])" % view)

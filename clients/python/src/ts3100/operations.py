@@ -323,9 +323,9 @@ State = TypedDict("State", {"alarms": List["ActiveAlarm"], "analysed_line": int,
     "file": str, "files": "Drive", "findings": Dict[str, Any], "guide": "Guidance", "hands": List[str], "inputs": "Lines",
     "key_switch": "KeyPosition", "line": int, "machine_lock": bool, "master_mode": str, "outputs": "Lines",
     "override_percent": int, "parameters": "Parameters", "pendant": str, "power": bool, "power_on_minutes": int,
-    "run_minutes": int, "run_mode": str, "safety_open": bool, "servo": bool, "servo_due": Optional[float], "status": "Status",
-    "t": float, "tasks": List["Task"], "time_mode": str, "variables": List["Variable"], "watchdog": Optional["Watchdog"]},
-    total=False)
+    "run_minutes": int, "run_mode": str, "safety_open": bool, "scenario": bool, "servo": bool, "servo_due": Optional[float],
+    "status": "Status", "t": float, "tasks": List["Task"], "time_mode": str, "variables": List["Variable"],
+    "watchdog": Optional["Watchdog"]}, total=False)
 StatusField = TypedDict("StatusField", {"key": str, "meaning": Optional[str], "name": str, "value": str}, total=False)
 Version = TypedDict("Version", {"controller": Optional[str], "model": Optional[str], "name": str, "version": str}, total=False)
 Wire = TypedDict("Wire", {"from": str, "on": bool, "to": str})

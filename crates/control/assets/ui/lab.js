@@ -210,17 +210,20 @@ function makeSnapshots(robot) {
 
 /** The scenario that is played, step by step. */
 function makeScenario(robot) {
-  let missing = false;   // a scenario is given at the start of the emulator
-  robot.on("reset", () => { missing = false; });
   const heading = make("p", {role: "status"}), steps = make("ol", {class: "steps", "aria-label": "Steps of the scenario"});
+  let played = false;
+  say(heading, "No scenario is running. Start one with: ts3100 serve --scenario FILE");
   return {
     element: card("Scenario", heading, steps),
+    state(state) {
+      if (state.scenario && !played) this.read();
+      played = state.scenario;
+    },
     async read() {
-      if (missing) return;
+      if (!robot.state?.scenario) return;
       let found;
       try { found = await robot.get("scenario"); } catch (error) {
-        missing = error.status === 404;
-        say(heading, missing ? "No scenario is running. Start one with: ts3100 serve --scenario FILE" : error.message);
+        say(heading, error.message);
         return;
       }
       say(heading, found.file + ": " + found.state);
@@ -321,6 +324,7 @@ export function create(robot) {
       if (!shown) return;
       clock.state(state);
       faults.state(state);
+      scenario.state(state);
     },
     tick() { clock.tick(); },
     event() { if (shown) look(); },
