@@ -64,7 +64,10 @@ fn a_cr_that_came_last_waits_and_ends_the_text_when_it_is_told_to() {
     let mut decoder = TextDecoder::new(DETECT_END);
     assert_eq!(read(&mut decoder, b"SU\r"), []);
     assert!(decoder.awaits_etx() && decoder.is_partial_as(Reading::Command));
-    assert!(decoder.is_valid(DETECT_END), "a snapshot may be taken while it waits");
+    assert!(
+        decoder.is_valid(DETECT_END),
+        "a snapshot may be taken while it waits"
+    );
     assert_eq!(decoder.end_at_cr(), Some(by_cr(b"SU\r")));
     assert!(!decoder.awaits_etx() && !decoder.is_partial());
     assert_eq!(decoder.mark(), Some(Terminator::Cr));
