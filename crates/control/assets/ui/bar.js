@@ -35,7 +35,7 @@ function alarms(robot) {
     sheet.hidden = !on;
     mark(opener, "aria-expanded", on);
   }
-  sheet.addEventListener("keydown", event => { if (event.key === "Escape") { open(false); opener.focus(); } });
+  document.addEventListener("keydown", event => { if (event.key === "Escape" && !sheet.hidden) { open(false); opener.focus(); } });
   document.addEventListener("pointerdown", event => { if (!sheet.hidden && !sheet.contains(event.target) && !opener.contains(event.target)) open(false); });
   return {opener, sheet, show(found) {
     opener.hidden = !found.length;

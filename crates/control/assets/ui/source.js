@@ -7,6 +7,8 @@ import {coloured} from "./scol.js";
 
 const LINES = 3000;            // lines that are shown
 const COLOURED = 200_000;      // characters of a file that is coloured
+// The arm is beside the source, and stays there. On a phone it is above: the page does not go away from it by itself.
+const BESIDE = matchMedia("(min-width: 700px)");
 
 /** The source: a row for each line. The gutter has one stop of the tab key; arrow keys move in it. */
 export function makeSource(robot) {
@@ -94,7 +96,7 @@ export function makeSource(robot) {
       if (nextExecuted !== executed) {
         const old = rows[executed - 1], next = rows[nextExecuted - 1];
         set(executed, "data-executed", false);
-        if (next && (!old || isSeen(old))) next.element.scrollIntoView({block: "nearest"});
+        if (next && (old ? isSeen(old) : BESIDE.matches)) next.element.scrollIntoView({block: "nearest"});
         executed = nextExecuted;
         set(executed, "data-executed", true);
       }
@@ -107,7 +109,7 @@ export function makeSource(robot) {
         set(failed, "data-failed", false);
         failed = nextFailed;
         set(failed, "data-failed", true);
-        rows[failed - 1]?.element.scrollIntoView({block: "nearest"});
+        if (BESIDE.matches) rows[failed - 1]?.element.scrollIntoView({block: "nearest"});
       }
     },
   };
