@@ -1,5 +1,6 @@
 """The control interface by Robot: every setting and method, and how a call fails."""
 
+import contextlib
 import http.client
 import io
 import signal
@@ -340,6 +341,15 @@ def test_several_threads_call_at_a_time(robot: Robot) -> None:
     robot.inputs[5] = True
     waiting.join(5)
     assert not waiting.is_alive()
+
+
+def test_a_connection_that_gave_way_to_others_is_made_anew(robot: Robot) -> None:
+    # The emulator serves 64 at a time.
+    with contextlib.ExitStack() as stack:
+        others = [stack.enter_context(Robot.connect(robot.url)) for _ in range(70)]
+        assert {other.status for other in others} == {robot.status}
+        assert {other.status for other in others} == {robot.status}
+
 
 
 def test_an_idle_connection_is_opened_again(robot: Robot, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -426,7 +426,7 @@ class Robot(Closing):
             connection, used = self._idle.pop()
         except IndexError:
             return http.client.HTTPConnection(*self._authority, timeout=timeout)
-        if time.monotonic() - used > IDLE_LIMIT:
+        if time.monotonic() - used > IDLE_LIMIT or _has_ended(connection.sock):
             connection.close()
         connection.timeout = timeout
         if connection.sock:
@@ -688,6 +688,20 @@ class Robot(Closing):
         finally:
             answer.close()
             connection.close()
+
+
+def _has_ended(idle: Optional[socket.socket]) -> bool:
+    """Whether the emulator has closed a connection on which nothing is due: of many, the longest idle give way."""
+    if idle is None:
+        return False
+    idle.setblocking(False)
+    try:
+        idle.recv(1, socket.MSG_PEEK)
+    except BlockingIOError:
+        return False
+    except OSError:
+        pass
+    return True
 
 
 def _request(operation: str, arguments: Mapping[str, object]) -> Tuple[str, str, Optional[bytes]]:
