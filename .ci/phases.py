@@ -223,7 +223,8 @@ def build():
 def fuzzing():
     """six seconds a target"""
     packages("c++:g++")
-    run("fuzz/run", "6")
+    # The same inputs each time: what is found is of the change.
+    run("fuzz/run", "6", FUZZ_SEED="1")
 
 
 def documents():
