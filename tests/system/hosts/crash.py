@@ -492,7 +492,9 @@ def main():
                % (name, counts["kills"], counts["starting"], counts["inside"], counts["answered"], seconds))
     if failures:
         raise Failed("\nFAIL ".join(failures))
-    if not options.canary:
+    if options.canary:
+        ok("%d kinds of %d found their canary" % (len(names), len(names)))
+    else:
         ok("%d kills, %d changes under way, %d answered OK before, nothing lost" % (total["kills"], total["inside"], total["answered"]))
 
 
