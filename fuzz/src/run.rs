@@ -59,7 +59,7 @@ fn answer(machine: &mut Machine, memory: &mut Memory, request: &Request, choices
         Request::Task { .. } => Answer::Values(vec![Number::Integer(2)]),
         _ => Answer::Done,
     };
-    // What cannot be stored is a fault, on which the controller skips the statement.
+    // A value that cannot be stored is a fault, on which the controller skips the statement.
     if machine.answer(memory, answer).is_err() {
         machine.skip();
     }

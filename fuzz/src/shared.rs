@@ -68,7 +68,7 @@ pub struct Robot {
     peers: Peers,
 }
 
-/// What is around the controller.
+/// The surroundings of the controller.
 #[derive(Default)]
 struct Peers {
     /// Sent on IP0 during one input.

@@ -16,7 +16,7 @@ fn a_snapshot_after_each_step_changes_no_byte() {
         let Plan { robots, mut steps } = Plan::draw(seed, STEPS_OF_PLAN);
         // The state that is kept, and when a slow disk answers, depend on snapshots.
         steps.retain(|step| !matches!(step, Step::Restore { .. } | Step::Disk { .. }));
-        // What a controller has put out at its start is taken before its first snapshot.
+        // The outputs of a controller at its start are taken before its first snapshot.
         steps.insert(0, Step::Pass(Duration::from_millis(1)));
         let snapshots = || (0..robots.len()).map(|robot| Step::Snapshot { robot });
         let with_snapshots: Vec<Step> = { &steps }

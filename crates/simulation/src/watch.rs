@@ -246,7 +246,7 @@ impl Watch {
         };
         for host in self.hosts.values_mut() {
             if host.is_connected {
-                // What it has sent tells the robot its framing, whatever takes over.
+                // Its bytes have told the robot its framing, whatever takes over.
                 let is_spoiled = host.is_spoiled;
                 host.connect();
                 host.is_spoiled = is_spoiled;
