@@ -4,23 +4,22 @@
 //! `answers` splits a recording into answers, `player` runs the controller, `compare` compares two answers, and `matching`
 //! pairs recorded with emulated answers. The command `ts3100 diff` prints the [`Report`].
 
-mod answers;
 mod compare;
 pub mod ignore;
 mod matching;
-mod player;
 
+pub use crate::player::Candidate;
 pub use compare::PartDifference;
 pub use ignore::{Ignore, IgnoreError};
 
+use crate::answers;
+use crate::player::Player;
 use crate::transcript::json::as_text;
 use crate::transcript::{EndReason, PeerId, Recording};
 use matching::Matching;
-use player::Player;
 use serde::{Serialize, Serializer};
 use std::time::Duration;
-use ts3100_controller::{Controller, Time};
-use ts3100_driver::tcp::SecondConnection;
+use ts3100_controller::Time;
 use ts3100_proto::escape::Escaped;
 
 /// Most differences in a report; further ones are only counted.
@@ -142,17 +141,6 @@ pub struct Report {
     pub shifted: usize,
     /// Number of differing parts that `--ignore` excludes.
     pub ignored: usize,
-}
-
-/// The emulator that a recording is played to.
-#[derive(Debug, Clone)]
-pub struct Candidate {
-    /// Its controller, after power-on.
-    pub controller: Controller,
-    /// Treatment of a second connection.
-    pub second: SecondConnection,
-    /// Servo power is turned on at the start.
-    pub servo_on: bool,
 }
 
 /// Plays a recording to an emulator and compares what that answers.

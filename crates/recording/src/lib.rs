@@ -9,6 +9,7 @@
 // A new variant of an enum of ours is met at every place that tells them apart.
 #![cfg_attr(not(test), warn(clippy::wildcard_enum_match_arm))]
 
+mod answers;
 pub mod byte_log;
 pub mod diff;
 #[cfg(test)]
@@ -16,6 +17,7 @@ pub mod diff;
 #[path = "../../../tests/src/every_event.rs"]
 mod every_event;
 pub mod faults;
+mod player;
 pub mod reports;
 pub mod scenario;
 mod table_error;

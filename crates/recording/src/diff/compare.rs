@@ -2,11 +2,10 @@
 //! tolerance. Which answers belong together is decided in `matching`.
 
 use super::Tolerance;
+use crate::answers::parse_reply;
 use serde::Serialize;
 use std::mem::discriminant;
 use ts3100_proto::dissect::dissect;
-use ts3100_proto::reply::Reply;
-use ts3100_proto::text::{ETX, STX};
 
 /// A part of an answer that differs.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
@@ -87,13 +86,6 @@ fn whole_difference(key: &str, recorded: &[u8], emulated: &[u8]) -> PartDifferen
         recorded: shown(recorded),
         emulated: shown(emulated),
     }
-}
-
-/// The reply in a text, if it is one.
-pub(super) fn parse_reply(wire: &[u8]) -> Option<Reply> {
-    let end = wire.iter().rposition(|byte| *byte == ETX)?;
-    let data = wire.get(..end)?;
-    Reply::parse(data.strip_prefix(&[STX]).unwrap_or(data)).ok()
 }
 
 /// Coordinates that are the same within what was asked for: those of SF one by one, those of PR in a record.

@@ -4,10 +4,10 @@
 //! answer, however long that took. So delays do not add up, and causes stay before effects. An answer that is earlier than
 //! recorded by no more than the delay of a wire counts as in time; what follows keeps its recorded time.
 
-use super::answers::{Answer, Event, RecordedEvent};
 use super::compare::compare;
-use super::player::{Player, RobotEvent};
 use super::{Difference, DifferenceKind, MAX_DIFFERENCES, Report, Tolerance};
+use crate::answers::{Answer, Event, RecordedEvent};
+use crate::player::{Player, RobotEvent};
 use crate::transcript::{EndReason, PeerId, RecordKind, Side};
 use std::time::Duration;
 use ts3100_controller::Time;

@@ -7,6 +7,7 @@ use crate::transcript::{Observer, Record, RecordKind, Side};
 use ts3100_controller::Bytes;
 use ts3100_controller::options::{Config, Dialect};
 use ts3100_controller::{Controller, Input, Output, PanelAction, Port};
+use ts3100_driver::tcp::SecondConnection;
 
 const PICK: &str = "PROGRAM PICK\nN = 0\nASK:\nPRINT IP1, \"REQ\", CR\nINPUT IP1, N\nDELAY 2\n\
     PRINT IP1, \"DONE\", N, CR\nGOTO ASK\nEND\n";

@@ -1,8 +1,7 @@
 //! A controller in virtual time with the connections of a recording: what the driver and its channels do, without sockets
-//! (decision D3: one peer per channel). It keeps what the controller sends until `matching` compares it.
+//! (decision D3: one peer per channel). It keeps what the controller sends until somebody takes it, as [`crate::diff`] does.
 
-use super::Candidate;
-use super::answers::{Answer, AnswerSplitter};
+use crate::answers::{Answer, AnswerSplitter};
 use crate::transcript::{EndReason, LinkRecord, PeerId, Record, RecordKind, Recording};
 use std::collections::{BTreeMap, VecDeque};
 use ts3100_controller::findings::Finding;
@@ -19,9 +18,20 @@ use ts3100_proto::text::TextOptions;
 /// Bytes that a newcomer's peer may send before it is served.
 const MAX_WAITING_BYTES: usize = 65_536;
 
+/// The emulator that a recording is played to.
+#[derive(Debug, Clone)]
+pub struct Candidate {
+    /// Its controller, after power-on.
+    pub controller: Controller,
+    /// Treatment of a second connection.
+    pub second: SecondConnection,
+    /// Servo power is turned on at the start.
+    pub servo_on: bool,
+}
+
 /// Something the controller has done on a line.
 #[derive(Debug, Clone, PartialEq)]
-pub(super) enum RobotEvent {
+pub(crate) enum RobotEvent {
     /// An answer, and why it refuses, if it does.
     Answer(Answer, Option<String>),
     /// It has ended the connection.
@@ -39,7 +49,7 @@ struct WaitingPeer {
 
 /// A controller and its lines.
 #[derive(Clone)]
-pub(super) struct Player {
+pub(crate) struct Player {
     seat: Seat,
     /// The controller before the first input.
     initial_controller: Controller,
@@ -67,7 +77,7 @@ struct Lines {
 
 impl Player {
     /// As `serve` starts.
-    pub(super) fn new(candidate: Candidate, recording: &Recording) -> Player {
+    pub(crate) fn new(candidate: Candidate, recording: &Recording) -> Player {
         let mut controller = candidate.controller;
         // What starting has put out is for the disk and the log.
         while controller.poll_output().is_some() {}
@@ -95,19 +105,19 @@ impl Player {
         player
     }
 
-    pub(super) fn now(&self) -> Time {
+    pub(crate) fn now(&self) -> Time {
         self.lines.now
     }
 
     /// When something happens by itself.
-    pub(super) fn deadline(&self) -> Option<Time> {
+    pub(crate) fn deadline(&self) -> Option<Time> {
         let waiting = self.waiting_peers.iter();
         let refusals = waiting.map(|waiting| waiting.since + CLOSE_GRACE);
         refusals.chain(self.seat.deadline()).min()
     }
 
     /// Lets time pass, each deadline at its own time.
-    pub(super) fn advance_to(&mut self, to: Time) {
+    pub(crate) fn advance_to(&mut self, to: Time) {
         while let Some(due) = self.deadline().filter(|due| *due <= to) {
             self.lines.now = self.lines.now.max(due);
             self.refuse_overdue();
@@ -117,35 +127,35 @@ impl Player {
     }
 
     /// The next thing the controller has done on a line.
-    pub(super) fn first(&self, line: PeerId) -> Option<&RobotEvent> {
+    pub(crate) fn first(&self, line: PeerId) -> Option<&RobotEvent> {
         self.lines.robot_events.get(&line)?.front()
     }
 
     /// The one after it.
-    pub(super) fn second(&self, line: PeerId) -> Option<&RobotEvent> {
+    pub(crate) fn second(&self, line: PeerId) -> Option<&RobotEvent> {
         self.lines.robot_events.get(&line)?.get(1)
     }
 
     /// Takes the next thing the controller has done on a line.
-    pub(super) fn take(&mut self, line: PeerId) -> Option<RobotEvent> {
+    pub(crate) fn take(&mut self, line: PeerId) -> Option<RobotEvent> {
         self.lines.robot_events.get_mut(&line)?.pop_front()
     }
 
     /// The known reason for a missing reply to a port's last input.
-    pub(super) fn remark(&self, port: Port) -> Option<String> {
+    pub(crate) fn remark(&self, port: Port) -> Option<String> {
         let refusal = self.lines.refusals.get(&port);
         refusal.or_else(|| self.lines.remarks.get(&port)).cloned()
     }
 
     /// Lines on which something is left.
-    pub(super) fn lines_with_events(&self) -> Vec<PeerId> {
+    pub(crate) fn lines_with_events(&self) -> Vec<PeerId> {
         let lines = self.lines.robot_events.iter();
         let left = lines.filter(|(_, robot_events)| !robot_events.is_empty());
         left.map(|(line, _)| *line).collect()
     }
 
     /// Plays an action of the host or at the panel.
-    pub(super) fn play(&mut self, what: &RecordKind) {
+    pub(crate) fn play(&mut self, what: &RecordKind) {
         let lines: Vec<PeerId> = self.lines.splitters.keys().copied().collect();
         lines.into_iter().for_each(|line| self.lines.flush(line));
         match what {
@@ -301,7 +311,7 @@ impl Player {
     }
 
     /// Takes the incomplete bytes of a line as an answer.
-    pub(super) fn flush(&mut self, line: PeerId) {
+    pub(crate) fn flush(&mut self, line: PeerId) {
         self.lines.flush(line);
     }
 }

@@ -1,44 +1,43 @@
 //! Splits the bytes of a recording into the units that are compared: texts on a protocol port, records on a channel. Both
 //! the recording and the emulator's output are split by the same rules, because the wire may cut bytes anywhere.
 
-use super::compare::parse_reply;
 use crate::transcript::{EndReason, PeerId, RecordKind, Recording, Side};
 use std::collections::{BTreeMap, BTreeSet};
 use ts3100_controller::Time;
 use ts3100_proto::dissect::text_length;
 use ts3100_proto::escape::Escaped;
 use ts3100_proto::reply::Reply;
-use ts3100_proto::text::{CR, Checksum, Decoded, Reading, TextDecoder, TextOptions};
+use ts3100_proto::text::{CR, Checksum, Decoded, ETX, Reading, STX, TextDecoder, TextOptions};
 
 /// Bytes that wait for the end of their text or record; then they are taken as they are.
 const MAX_BUFFER: usize = 65_536;
 
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub(super) struct Answer {
+pub(crate) struct Answer {
     /// A text with its framing, a record with its CR, or the bytes received instead.
-    pub(super) bytes: Vec<u8>,
+    pub(crate) bytes: Vec<u8>,
     /// Letters of the command that it answers, as far as that is known.
-    pub(super) letters: String,
+    pub(crate) letters: String,
     /// The host's text before it.
-    pub(super) question: String,
+    pub(crate) question: String,
     /// When its last byte came.
-    pub(super) at: Time,
+    pub(crate) at: Time,
     /// Line of the file with its first byte; 0 for the emulator's own.
-    pub(super) file_line: usize,
+    pub(crate) file_line: usize,
     /// Its end has come.
-    pub(super) complete: bool,
+    pub(crate) complete: bool,
 }
 
 impl Answer {
     /// Whether it is SP, which comes unasked.
-    pub(super) fn is_sp(&self) -> bool {
+    pub(crate) fn is_sp(&self) -> bool {
         parse_reply(&self.bytes) == Some(Reply::Sp)
     }
 }
 
 /// Cuts one line's bytes.
 #[derive(Debug, Clone)]
-pub(super) struct AnswerSplitter {
+pub(crate) struct AnswerSplitter {
     options: TextOptions,
     /// Texts; else records.
     has_texts: bool,
@@ -51,7 +50,7 @@ pub(super) struct AnswerSplitter {
 }
 
 impl AnswerSplitter {
-    pub(super) fn new(line: PeerId, options: TextOptions) -> AnswerSplitter {
+    pub(crate) fn new(line: PeerId, options: TextOptions) -> AnswerSplitter {
         AnswerSplitter {
             options,
             has_texts: line.port.protocol().is_some(),
@@ -65,7 +64,7 @@ impl AnswerSplitter {
     }
 
     /// Bytes of the host: they tell what is asked.
-    pub(super) fn push_host(&mut self, bytes: &[u8]) {
+    pub(crate) fn push_host(&mut self, bytes: &[u8]) {
         if !self.has_texts {
             self.question = Escaped::for_reading(bytes).to_string();
             return;
@@ -92,7 +91,7 @@ impl AnswerSplitter {
     }
 
     /// Bytes of the controller: the answers they complete.
-    pub(super) fn push_robot(&mut self, at: Time, file_line: usize, bytes: &[u8]) -> Vec<Answer> {
+    pub(crate) fn push_robot(&mut self, at: Time, file_line: usize, bytes: &[u8]) -> Vec<Answer> {
         // The controller answers a text whose CR came last: its host sends no ETX.
         if let Some(decoded) = self.host.end_at_cr() {
             self.note_question(decoded);
@@ -114,7 +113,7 @@ impl AnswerSplitter {
     }
 
     /// Returns the incomplete answer.
-    pub(super) fn flush(&mut self) -> Option<Answer> {
+    pub(crate) fn flush(&mut self) -> Option<Answer> {
         (!self.buffer.is_empty()).then(|| self.take(self.buffer.len(), false))
     }
 
@@ -142,7 +141,7 @@ impl AnswerSplitter {
 
 /// Something in a recording that is played or compared.
 #[derive(Debug, Clone, PartialEq)]
-pub(super) enum Event {
+pub(crate) enum Event {
     /// Of the host or the panel, to be played.
     Input(RecordKind),
     Answer(PeerId, Answer),
@@ -152,14 +151,14 @@ pub(super) enum Event {
 
 /// An event with its place.
 #[derive(Debug, Clone, PartialEq)]
-pub(super) struct RecordedEvent {
-    pub(super) at: Time,
-    pub(super) file_line: usize,
-    pub(super) event: Event,
+pub(crate) struct RecordedEvent {
+    pub(crate) at: Time,
+    pub(crate) file_line: usize,
+    pub(crate) event: Event,
 }
 
 /// The events of a recording, in order. Bytes without an end before the next action of the host count as an answer.
-pub(super) fn events(recording: &Recording, options: TextOptions) -> Vec<RecordedEvent> {
+pub(crate) fn events(recording: &Recording, options: TextOptions) -> Vec<RecordedEvent> {
     let mut events = Vec::new();
     let mut splitters: BTreeMap<PeerId, AnswerSplitter> = BTreeMap::new();
     let new = |line| AnswerSplitter::new(line, options);
@@ -227,4 +226,11 @@ fn answer_event(line: PeerId, answer: Answer) -> RecordedEvent {
         file_line: answer.file_line,
         event: Event::Answer(line, answer),
     }
+}
+
+/// The reply in a text, if it is one.
+pub(crate) fn parse_reply(wire: &[u8]) -> Option<Reply> {
+    let end = wire.iter().rposition(|byte| *byte == ETX)?;
+    let data = wire.get(..end)?;
+    Reply::parse(data.strip_prefix(&[STX]).unwrap_or(data)).ok()
 }
