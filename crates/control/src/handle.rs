@@ -1,4 +1,5 @@
-//! Common parts of every call of the control interface: the queue to the driver, the journal, the record of the run.
+//! Common parts of every call of the control interface: the queue to the driver, or a moment of a recorded run, the journal,
+//! the record of the run.
 //!
 //! Each method sends one request and waits for its answer. The requests are carried out in [`ts3100_driver::driver`].
 
@@ -12,7 +13,7 @@ use tokio::sync::{Semaphore, oneshot};
 use tokio::time::timeout;
 use ts3100_controller::{Action, By, PanelAction};
 use ts3100_driver::clock::TimeMode;
-use ts3100_driver::driver::request::{Paused, Reply, Request, Requests, View, WaitResult};
+use ts3100_driver::driver::request::{Paused, Reply, Request, Requests, Still, View, WaitResult};
 use ts3100_driver::driver::wait::Wait;
 use ts3100_recording::reports::RunRecord;
 use ts3100_recording::scenario::Play;
@@ -27,7 +28,7 @@ pub type Answer<T> = Result<Json<T>, Problem>;
 /// found.
 #[derive(Clone)]
 pub struct Handle {
-    driver: Requests,
+    way: Way,
     pub journal: Arc<Journal>,
     /// Record from which the reports of this run are made.
     pub record: RunRecord,
@@ -37,11 +38,20 @@ pub struct Handle {
     pub streams: Arc<Semaphore>,
 }
 
+/// Where the requests of a handle go.
+#[derive(Clone)]
+enum Way {
+    /// To the driver of a running robot.
+    Driver(Requests),
+    /// To a moment of a recorded run, which can only be read.
+    Recorded(Arc<Still>),
+}
+
 impl Handle {
     /// Requests go to `driver`; events and findings are read from `journal`, coverage from `record`.
     pub fn new(driver: Requests, journal: Arc<Journal>, record: RunRecord, scenario: Option<Play>) -> Handle {
         Handle {
-            driver,
+            way: Way::Driver(driver),
             journal,
             record,
             scenario,
@@ -49,10 +59,27 @@ impl Handle {
         }
     }
 
+    /// A moment of a recorded run, with what happened before it. Streams of events share the permits of the run.
+    pub fn recorded(still: Still, journal: Arc<Journal>, streams: Arc<Semaphore>) -> Handle {
+        Handle {
+            way: Way::Recorded(Arc::new(still)),
+            journal,
+            record: RunRecord::default(),
+            scenario: None,
+            streams,
+        }
+    }
+
     /// Sends a request and waits for its answer. There is none once the driver has ended.
     async fn request<T>(&self, request: Request, answer: oneshot::Receiver<T>) -> Result<T, Problem> {
-        let sent = self.driver.send(request).await;
-        sent.map_err(|_| Problem::shutting_down())?;
+        match (&self.way, request) {
+            (Way::Driver(driver), request) => {
+                let sent = driver.send(request).await;
+                sent.map_err(|_| Problem::shutting_down())?;
+            }
+            (Way::Recorded(still), Request::Query(reply)) => still.look(|view| reply((), view)),
+            (Way::Recorded(_), _) => return Err(Problem::recorded()),
+        }
         answer.await.map_err(|_| Problem::shutting_down())
     }
 
@@ -127,8 +154,11 @@ impl Handle {
     }
 
     /// The way to the driver alone.
-    pub fn requests(&self) -> &Requests {
-        &self.driver
+    pub fn requests(&self) -> Result<&Requests, Problem> {
+        match &self.way {
+            Way::Driver(driver) => Ok(driver),
+            Way::Recorded(_) => Err(Problem::recorded()),
+        }
     }
 
     /// Has the world of the robot pause.

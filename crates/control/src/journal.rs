@@ -106,6 +106,37 @@ impl Journal {
         }
     }
 
+    /// What a journal had kept when the event of this number was its last.
+    #[must_use]
+    pub fn as_of(&self, last: u64) -> Journal {
+        let past = Journal::new(KEPT_EVENTS, Arc::default());
+        let state = self.lock();
+        let kept = last
+            .min(state.count)
+            .saturating_sub(KEPT_EVENTS as u64)
+            .max(state.first() - 1);
+        let mut begun = JournalState {
+            count: kept,
+            ..JournalState::default()
+        };
+        let events = (state.first()..=last).zip(state.events.iter_from(0));
+        for (seq, (entry, bytes)) in events {
+            if matches!(entry.1, JournalEvent::Reset) {
+                begun.findings = ByteLog::default();
+                begun.forgotten = seq;
+            } else if seq <= kept && entry.1.finding().is_some() {
+                begun.findings.push((seq, entry.clone()), bytes);
+            }
+            if seq > kept {
+                begun.events.push(entry.clone(), bytes);
+                begun.count += 1;
+            }
+        }
+        drop(state);
+        *past.lock() = begun;
+        past
+    }
+
     /// The kept transcript in this format.
     pub fn transcript(&self, format: Format) -> Vec<u8> {
         self.transcript.to_bytes(format)

@@ -44,6 +44,7 @@ mod pendant;
 mod power;
 pub mod printable;
 mod problem;
+pub mod recorded;
 mod resource;
 pub mod robots;
 mod route_table;
@@ -74,6 +75,7 @@ use axum::{Extension, Router};
 pub use handle::Handle as DriverHandle;
 use listener::{BoundedListener, ConnectionInfo};
 use problem::Problem;
+use recorded::{Moments, OfRecording};
 use robots::{NamedInPath, OfRobot, Robots};
 use route_table::{Call, calls};
 use std::io;
@@ -88,6 +90,9 @@ pub const URL_VARIABLE: &str = "TS3100_CONTROL_URL";
 const UI: &[(&str, Asset)] = &include!(concat!(env!("OUT_DIR"), "/ui.rs"));
 /// The file of [`UI`] that is the page.
 const PAGE: &str = "index.html";
+/// The root of the page, and that of a page that shows a recorded run.
+const PAGE_ROOT: &str = "<html lang=\"en\">";
+const RECORDED_ROOT: &str = "<html lang=\"en\" data-recorded=\"served\">";
 /// The page for people, where there are several robots.
 const ROBOTS_PAGE: Asset = asset!("robots.html");
 /// The explorer of the calls.
@@ -167,11 +172,32 @@ impl Server {
 
     /// Answers in tasks of the present runtime until that ends.
     pub fn serve(self, robots: Arc<dyn Robots>) {
+        self.serve_with(move |settings| {
+            let calls = calls_router(settings.token.is_some());
+            let calls = Router::new().fallback_service(route_table::with_refusals(calls));
+            guarded(
+                calls.layer(axum::middleware::from_fn_with_state(robots, robots::find)),
+                settings,
+            )
+        });
+    }
+
+    /// Answers for a recorded run; `own` has calls about the run as a whole.
+    pub fn serve_recorded(self, moments: Arc<dyn Moments>, own: Router) {
+        self.serve_with(move |settings| {
+            let calls = calls_router(settings.token.is_some());
+            let calls = Router::new().fallback_service(route_table::with_refusals(calls));
+            let calls = calls.layer(axum::middleware::from_fn_with_state(moments, recorded::find));
+            guarded(own.fallback_service(calls), settings)
+        });
+    }
+
+    fn serve_with(self, router: impl FnOnce(ControlSettings) -> Router + Send + 'static) {
         tokio::spawn(async move {
             // The table of calls takes long to build beside everything else of a start: a robot whose interface nobody
             // asks is up without it.
             let listener = BoundedListener::after_first_connection(self.listener).await;
-            let router = router(robots, self.settings);
+            let router = router(self.settings);
             let service = router.into_make_service_with_connect_info::<ConnectionInfo>();
             if let Err(reason) = axum::serve(listener, service).await {
                 error!("the control interface has ended: {reason}");
@@ -180,8 +206,8 @@ impl Server {
     }
 }
 
-fn router(robots: Arc<dyn Robots>, settings: ControlSettings) -> Router {
-    let needs_token = settings.token.is_some();
+/// Every call, and the pages.
+fn calls_router(needs_token: bool) -> Router {
     let open_api = async move |named: Option<Extension<NamedInPath>>| {
         let document = open_api_text(needs_token, named.as_ref().map(|named| named.0.0.as_str()));
         ([(CONTENT_TYPE, "application/json")], document)
@@ -194,10 +220,12 @@ fn router(robots: Arc<dyn Robots>, settings: ControlSettings) -> Router {
             get(async |Path(file): Path<String>, headers: HeaderMap| ui_file(&file, &headers)),
         )
         .route("/docs", get(async |headers: HeaderMap| page(&EXPLORER, &headers)));
-    let calls = route_table::with_refusals(book::with_book(calls));
-    Router::new()
-        .fallback_service(calls)
-        .layer(axum::middleware::from_fn_with_state(robots, robots::find))
+    book::with_book(calls)
+}
+
+/// Checks each request before it is served.
+fn guarded(router: Router, settings: ControlSettings) -> Router {
+    router
         .layer(axum::middleware::from_fn_with_state(
             Arc::new(settings),
             guard::check,
@@ -228,7 +256,15 @@ fn open_api_text(needs_token: bool, robot: Option<&str>) -> String {
     }
 }
 
-async fn front_page(one: Option<Extension<OfRobot>>, headers: HeaderMap) -> Response {
+async fn front_page(
+    one: Option<Extension<OfRobot>>,
+    recorded: Option<Extension<OfRecording>>,
+    headers: HeaderMap,
+) -> Response {
+    if recorded.is_some() {
+        let text = ui_text(PAGE).replacen(PAGE_ROOT, RECORDED_ROOT, 1);
+        return (page_headers(), text).into_response();
+    }
     match one {
         Some(_) => ui_file(PAGE, &headers),
         None => page(&ROBOTS_PAGE, &headers),
@@ -249,12 +285,26 @@ fn ui_file(name: &str, headers: &HeaderMap) -> Response {
     ([(CONTENT_TYPE, media_type)], asset.response(headers)).into_response()
 }
 
-fn page(page: &Asset, request: &HeaderMap) -> Response {
-    let headers = [
+/// The text of a file of the page for people; empty if there is none of this name.
+pub fn ui_text(name: &str) -> String {
+    let found = UI.iter().find(|(known, _)| *known == name);
+    found.map(|(_, asset)| asset.text()).unwrap_or_default()
+}
+
+/// The names of the files of the page for people.
+pub fn ui_names() -> impl Iterator<Item = &'static str> {
+    UI.iter().map(|(name, _)| *name)
+}
+
+fn page_headers() -> [(HeaderName, &'static str); 2] {
+    [
         (CONTENT_TYPE, "text/html; charset=utf-8"),
         (CONTENT_SECURITY_POLICY, PAGE_POLICY),
-    ];
-    (headers, page.response(request)).into_response()
+    ]
+}
+
+fn page(page: &Asset, request: &HeaderMap) -> Response {
+    (page_headers(), page.response(request)).into_response()
 }
 
 /// Nothing is kept by a browser, guessed at, framed, or read by a page of another origin.

@@ -95,6 +95,12 @@ impl Problem {
         problem.told(error)
     }
 
+    /// The call would change a moment of a recorded run.
+    pub fn recorded() -> Problem {
+        let told = "this is a recorded run: it can be read, and nothing of it can be changed";
+        Problem::new(StatusCode::CONFLICT, told)
+    }
+
     /// The emulator is ending.
     pub fn shutting_down() -> Problem {
         Problem::new(StatusCode::SERVICE_UNAVAILABLE, "the emulator is ending")

@@ -146,7 +146,7 @@ impl Together {
         let mut places = Vec::new();
         // Every caller takes them in this order, so nobody waits for a world of somebody who waits.
         for (name, handle) in robots {
-            let requests = handle.requests();
+            let requests = handle.requests()?;
             // The first robot of a world comes before the others; only those have to look for it.
             let known = match requests.robot() {
                 FIRST => None,

@@ -215,7 +215,7 @@ pub fn ether_pages(view: &View<'_>) -> Vec<PendantPage> {
 
 impl ControllerState {
     /// Reads the present state.
-    fn new(view: &View<'_>, findings: BTreeMap<String, u64>, scenario: bool) -> ControllerState {
+    pub fn new(view: &View<'_>, findings: BTreeMap<String, u64>, scenario: bool) -> ControllerState {
         let controller = view.controller;
         let state = controller.state();
         let now = controller.now();

@@ -116,7 +116,7 @@ impl Driver {
             serial_lines: &edge.serial_lines,
             backing: edge.backing.as_ref().map(Backing::status),
             snapshots: &edge.snapshots,
-            world: &self.world,
+            world: Some(&self.world),
         }
     }
 

@@ -10,6 +10,7 @@ use crate::clock::TimeMode;
 use crate::serial::SerialLines;
 use crate::snapshot::{SnapshotRequestError, SnapshotStore, SnapshotTask};
 use crate::store::backing;
+use crate::tcp::LinkOptions;
 use crate::world::World;
 use std::collections::BTreeMap;
 use std::time::{Duration, Instant};
@@ -189,13 +190,35 @@ pub struct View<'a> {
     pub backing: Option<&'a backing::BackingStatus>,
     /// The named snapshots.
     pub snapshots: &'a SnapshotStore,
-    pub(super) world: &'a World<Edge>,
+    /// `None` of a recorded run, which has no wires.
+    pub(super) world: Option<&'a World<Edge>>,
+}
+
+/// A controller that no driver owns, for reading: a moment of a recorded run. It has no connections and no disk.
+#[derive(Debug, Clone)]
+pub struct Still(pub Controller);
+
+impl Still {
+    /// Reads the state as a query does; time stands still.
+    pub fn look<T>(&self, look: impl FnOnce(&View<'_>) -> T) -> T {
+        look(&View {
+            controller: &self.0,
+            time: TimeMode::Stepped,
+            lag: Duration::ZERO,
+            skipped: Duration::ZERO,
+            ports: &BTreeMap::new(),
+            serial_lines: &SerialLines::new(BTreeMap::new(), LinkOptions::default()),
+            backing: None,
+            snapshots: &SnapshotStore::default(),
+            world: None,
+        })
+    }
 }
 
 impl View<'_> {
     /// The level of each wire of the world.
     pub fn wire_levels(&self) -> Vec<bool> {
-        self.world.levels()
+        self.world.map(World::levels).unwrap_or_default()
     }
 }
 

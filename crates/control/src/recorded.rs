@@ -1,0 +1,75 @@
+//! The interface of a recorded run: the calls that read, each at a moment of the run. `/moments/KEY/...` is the whole
+//! interface at one moment; without that prefix a call is for the end of the run. Nothing can be changed.
+//!
+//! This module does not know how a moment is had; see [`Moments`].
+
+use super::handle::Handle;
+use super::problem::Problem;
+use super::robots::{OfRobot, is_page};
+use axum::extract::{Request, State};
+use axum::http::uri::{PathAndQuery, Uri};
+use axum::http::{Method, StatusCode};
+use axum::middleware::Next;
+use axum::response::{IntoResponse, Response};
+use std::sync::Arc;
+use tokio::task::spawn_blocking;
+
+/// Beginning of all paths of one moment.
+const PREFIX: &str = "/moments/";
+/// Calls that compute an answer from their body.
+const PURE: [&str; 2] = ["/check", "/decode"];
+
+/// There is no such moment.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[error("{0}")]
+pub struct NoMoment(pub String);
+
+/// A recorded run.
+pub trait Moments: Send + Sync {
+    /// A moment, or the end of the run. This may take as long as playing from the nearest copy does.
+    ///
+    /// # Errors
+    /// See [`NoMoment`].
+    fn find(&self, key: Option<&str>) -> Result<Handle, NoMoment>;
+}
+
+/// A call of a recorded run: its page shows it so.
+#[derive(Clone, Copy)]
+pub struct OfRecording;
+
+/// Finds the moment of a call, before the call is looked up in the table.
+pub async fn find(State(moments): State<Arc<dyn Moments>>, mut request: Request, next: Next) -> Response {
+    let extensions = request.extensions_mut();
+    extensions.insert(OfRobot);
+    extensions.insert(OfRecording);
+    let key = match split_path(request.uri()) {
+        Some((key, rest)) => {
+            *request.uri_mut() = rest;
+            Some(key)
+        }
+        None => None,
+    };
+    let path = request.uri().path();
+    if is_page(path) {
+        return next.run(request).await;
+    }
+    let is_reading = matches!(*request.method(), Method::GET | Method::HEAD);
+    if !is_reading && !PURE.contains(&path) {
+        return Problem::recorded().into_response();
+    }
+    let found = spawn_blocking(move || moments.find(key.as_deref())).await;
+    match found {
+        Ok(Ok(handle)) => drop(request.extensions_mut().insert(handle)),
+        Ok(Err(told)) => return Problem::new(StatusCode::NOT_FOUND, told).into_response(),
+        Err(_) => return Problem::shutting_down().into_response(),
+    }
+    next.run(request).await
+}
+
+/// The key of a moment, and the path below it with its query.
+fn split_path(uri: &Uri) -> Option<(String, Uri)> {
+    let rest = uri.path_and_query()?.as_str().strip_prefix(PREFIX)?;
+    let (key, own) = rest.split_at_checked(rest.find('/')?)?;
+    // It is the end of a path, which can always be one.
+    Some((key.to_owned(), Uri::from(PathAndQuery::try_from(own).ok()?)))
+}
