@@ -9,7 +9,7 @@ use ts3100_controller::output::DisconnectMode;
 use ts3100_controller::{
     Action, Bytes, Controller, Event, Input, Output, PanelAction, PersistError, Port, Time,
 };
-use ts3100_driver::seat::{Effects, Seat, Side};
+use ts3100_driver::seat::{Effects, Notice, Seat, Side, Subscriber};
 use ts3100_driver::snapshot;
 use ts3100_driver::tcp::{CLOSE_GRACE, SecondConnection};
 use ts3100_proto::parameter::OpenMode;
@@ -73,6 +73,16 @@ struct Lines {
     remarks: BTreeMap<Port, String>,
     /// Recorded changes of files that were not stored: time, file and reason.
     not_persisted: VecDeque<(Time, String, String)>,
+    /// The bytes as they were sent, if somebody wants them.
+    sent: Option<Vec<Sent>>,
+}
+
+/// Bytes that the controller has sent, in the piece in which they went out.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(crate) struct Sent {
+    pub(crate) at: Time,
+    pub(crate) line: PeerId,
+    pub(crate) bytes: Bytes,
 }
 
 impl Player {
@@ -97,6 +107,7 @@ impl Player {
                 refusals: BTreeMap::new(),
                 remarks: BTreeMap::new(),
                 not_persisted: recording.records.iter().filter_map(not_persisted).collect(),
+                sent: None,
             },
         };
         if candidate.servo_on {
@@ -107,6 +118,30 @@ impl Player {
 
     pub(crate) fn now(&self) -> Time {
         self.lines.now
+    }
+
+    pub(crate) fn controller(&self) -> &Controller {
+        &self.seat.controller
+    }
+
+    /// Adds a subscriber; a copy of the player has none.
+    pub(crate) fn subscribe(&mut self, subscriber: Box<dyn Subscriber>) {
+        self.seat.subscribe(subscriber);
+    }
+
+    /// Keeps the bytes that are sent from now on, until they are taken.
+    pub(crate) fn keep_sent(&mut self) {
+        self.lines.sent = Some(Vec::new());
+    }
+
+    /// Takes the bytes that were sent.
+    pub(crate) fn take_sent(&mut self) -> Vec<Sent> {
+        self.lines.sent.as_mut().map(std::mem::take).unwrap_or_default()
+    }
+
+    /// Forgets what the controller has done.
+    pub(crate) fn forget_events(&mut self) {
+        self.lines.robot_events.clear();
     }
 
     /// When something happens by itself.
@@ -124,6 +159,12 @@ impl Player {
             self.feed(Input::Tick);
         }
         self.lines.now = self.lines.now.max(to);
+    }
+
+    /// As [`Player::advance_to`]; the controller itself is then at this moment.
+    pub(crate) fn stand_at(&mut self, to: Time) {
+        self.advance_to(to);
+        self.feed(Input::Tick);
     }
 
     /// The next thing the controller has done on a line.
@@ -192,6 +233,8 @@ impl Player {
                 if let Some(calendar) = calendar {
                     next.set_calendar(*calendar);
                 }
+                let (now, controller, calendar) = (self.lines.now, &next, *calendar);
+                self.seat.notify(now, Notice::Reset { controller, calendar });
                 self.lines.current_peers.clear();
                 self.waiting_peers.clear();
                 self.seat.controller = next;
@@ -208,6 +251,8 @@ impl Player {
 
     /// As the driver does it.
     fn replace_controller(&mut self, mut next: Controller) {
+        let now = self.lines.now;
+        self.seat.notify(now, Notice::Restored(&next));
         next.adopt_peers(&self.seat.controller);
         next.persist_outside(true);
         self.lines.now = next.now();
@@ -329,10 +374,14 @@ impl Lines {
         self.robot_events.entry(line).or_default().push_back(ended);
     }
 
-    fn sent(&mut self, port: Port, bytes: &[u8]) {
+    fn sent(&mut self, at: Time, port: Port, bytes: &Bytes) {
         let Some(line) = self.current_peers.get(&port).copied() else {
             return;
         };
+        if let Some(sent) = &mut self.sent {
+            let bytes = bytes.clone();
+            sent.push(Sent { at, line, bytes });
+        }
         let Some(splitter) = self.splitters.get_mut(&line) else {
             return;
         };
@@ -367,9 +416,9 @@ impl Effects for Lines {
         Some(refused.map_or(Ok(()), |(_, _, reason)| Err(PersistError::Refused(reason))))
     }
 
-    fn perform(&mut self, _at: Time, output: Output, _controller: &Controller) -> Vec<Input> {
+    fn perform(&mut self, at: Time, output: Output, _controller: &Controller) -> Vec<Input> {
         match output {
-            Output::Send { port, bytes } => self.sent(port, &bytes),
+            Output::Send { port, bytes } => self.sent(at, port, &bytes),
             Output::PowerCycled | Output::PowerOff => return self.end_connections(),
             Output::Disconnect { port, how } => {
                 let how = match how {
