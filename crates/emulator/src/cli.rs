@@ -32,6 +32,7 @@ mod simulate;
 pub(crate) mod survey;
 mod tap;
 mod usage;
+mod view;
 
 pub use exit::ALL as EXIT_CODES;
 
@@ -63,6 +64,7 @@ enum Command {
     Faults(faults::FaultsArgs),
     Tap(tap::TapArgs),
     Diff(Box<diff::DiffArgs>),
+    View(Box<view::ViewArgs>),
     Survey(survey::SurveyArgs),
     Conform(survey::ConformArgs),
     Fidelity(survey::FidelityArgs),
@@ -132,6 +134,7 @@ fn run(command: Command) -> ExitCode {
         Command::Faults(args) => faults::run(&args),
         Command::Tap(args) => tap::run(&args),
         Command::Diff(args) => diff::run(&args),
+        Command::View(args) => view::run(&args),
         Command::Survey(args) => survey::run(&args),
         Command::Conform(args) => survey::conform(&args),
         Command::Fidelity(args) => survey::fidelity(&args),

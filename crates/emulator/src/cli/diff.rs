@@ -55,7 +55,7 @@ pub(super) struct DiffArgs {
 
 /// The flags of `serve` that make the controller.
 #[derive(Debug, Clone, Args)]
-struct RobotArgs {
+pub(super) struct RobotArgs {
     /// Read settings from a TOML file, as for serve
     #[arg(long, help_heading = "Emulator", value_name = "FILE")]
     config: Option<PathBuf>,
@@ -173,7 +173,7 @@ pub(super) fn run(args: &DiffArgs) -> anyhow::Result<u8> {
 }
 
 /// The flags given, over those of a configuration file, over those of the recording.
-fn settings(flags: &RobotArgs, header: &Header) -> anyhow::Result<Settings> {
+pub(super) fn settings(flags: &RobotArgs, header: &Header) -> anyhow::Result<Settings> {
     let words = header.flags.iter().map(|flag| format!("--{flag}"));
     let recorded = RecordedFlags::try_parse_from(words)
         .map_err(|error| anyhow!("a flag of the recording: {}", error.to_string().trim_end()))?;

@@ -150,6 +150,14 @@ const EVERYDAY: &[Everyday] = &[
         example: "ts3100 diff day.jsonl --ignore clock,versions",
     },
     Everyday {
+        name: "view",
+        shown: &[
+            ("control", "Serve the page here"),
+            ("set", "Override a named option"),
+        ],
+        example: "ts3100 view run.jsonl",
+    },
+    Everyday {
         name: "survey",
         shown: &[
             ("show", "Explain a file of a survey"),

@@ -1,0 +1,386 @@
+//! A recorded run that is open: its events by number, its moments, its lanes.
+//!
+//! It can be used at once; [`Opening`] plays it meanwhile from its start, and makes the copies from which a moment is near.
+
+use crate::key::{KeyError, MomentKey};
+use crate::lanes::{Lanes, Place};
+use serde::Serialize;
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use tokio::sync::{Semaphore, watch};
+use ts3100_control::DriverHandle;
+use ts3100_control::journal::{Journal, JournalWriter};
+use ts3100_control::recorded::NoMoment;
+use ts3100_controller::Time;
+use ts3100_driver::driver::request::Still;
+use ts3100_recording::diff::Candidate;
+use ts3100_recording::replay::{Comparison, Departure, Keyframes, Moment, Playback, Step};
+use ts3100_recording::transcript::{Header, RecordKind, Recording};
+
+/// Most events of a run that are kept; the oldest are forgotten first.
+pub const MAX_EVENTS: usize = 2_000_000;
+/// Streams of events at a time.
+const MAX_STREAMS: usize = 32;
+/// Steps that are played between two looks at who waits.
+const PORTION: usize = 256;
+
+/// A recorded run.
+pub struct Run {
+    name: String,
+    recording: Arc<Recording>,
+    journal: Arc<Journal>,
+    streams: Arc<Semaphore>,
+    epochs: Vec<Epoch>,
+    opened: Mutex<Opened>,
+    progress: watch::Sender<usize>,
+}
+
+/// What opening has found so far.
+struct Opened {
+    keyframes: Keyframes,
+    /// Of each event, how many records had happened by then.
+    records_of: Vec<u32>,
+    /// Of each record that was played, the number of the last event by then.
+    event_of: Vec<u64>,
+    lanes: Lanes,
+    departure: Option<Departure>,
+    complete: bool,
+    /// The most steps that a moment took.
+    most_steps: u64,
+}
+
+/// A part of a run in which time continues: a reset or a restored snapshot begins another.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+pub struct Epoch {
+    /// Records before it.
+    #[serde(skip)]
+    pub records: usize,
+    /// The number of its first event.
+    pub event: u64,
+    /// Virtual time at its beginning.
+    pub begins: Time,
+    /// Virtual time at its end.
+    pub ends: Time,
+}
+
+/// What there is to say about a run as a whole.
+#[derive(Debug, Clone, Serialize)]
+pub struct RunInfo<'a> {
+    /// Name of the file.
+    name: &'a str,
+    /// Who has recorded it.
+    origin: &'a str,
+    /// `emulator`: every moment is known. `robot`: what its traffic tells is known.
+    kind: &'static str,
+    /// Number of events so far.
+    events: u64,
+    /// Whether the timeline is whole.
+    complete: bool,
+    /// Records that were played, and how many there are.
+    played: usize,
+    records: usize,
+    epochs: Vec<Epoch>,
+    /// Where the recording does not come out again as it was.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    departure: Option<String>,
+}
+
+impl Run {
+    /// Opens a recording with the emulator that it describes. Play the second part to its end, in a thread of its own.
+    pub fn open(name: &str, recording: Recording, candidate: Candidate) -> (Arc<Run>, Opening) {
+        let recording = Arc::new(recording);
+        let mut playback = Playback::new(Arc::clone(&recording), candidate);
+        let keyframes = Keyframes::new(playback.clone());
+        let journal = Arc::new(Journal::new(MAX_EVENTS, Arc::default()));
+        playback.subscribe(Box::new(JournalWriter::new(Arc::clone(&journal))));
+        let comparison = Comparison::new(&mut playback);
+        let run = Arc::new(Run {
+            name: name.to_owned(),
+            epochs: epochs(&recording),
+            recording,
+            journal,
+            streams: Arc::new(Semaphore::new(MAX_STREAMS)),
+            opened: Mutex::new(Opened {
+                keyframes,
+                records_of: Vec::new(),
+                event_of: Vec::new(),
+                lanes: Lanes::default(),
+                departure: None,
+                complete: false,
+                most_steps: 0,
+            }),
+            progress: watch::Sender::new(0),
+        });
+        let opening = Opening {
+            run: Arc::clone(&run),
+            playback,
+            comparison,
+        };
+        (run, opening)
+    }
+
+    /// The state is consistent between any two statements, so a poisoned lock can be used.
+    fn opened(&self) -> MutexGuard<'_, Opened> {
+        self.opened.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// The events, the findings among them, by number.
+    pub fn journal(&self) -> &Journal {
+        &self.journal
+    }
+
+    /// The state before the first record, as the recording says it.
+    pub fn header(&self) -> &Header {
+        &self.recording.header
+    }
+
+    /// The lanes so far.
+    pub fn lanes(&self) -> Lanes {
+        self.opened().lanes.clone()
+    }
+
+    /// Changes when more of the run has been played.
+    pub fn progress(&self) -> watch::Receiver<usize> {
+        self.progress.subscribe()
+    }
+
+    /// The most steps that a moment took so far.
+    pub fn most_steps(&self) -> u64 {
+        self.opened().most_steps
+    }
+
+    /// Where the recording does not come out again as it was.
+    pub fn departure(&self) -> Option<Departure> {
+        self.opened().departure.clone()
+    }
+
+    /// What there is to say about the run as a whole.
+    pub fn info(&self) -> RunInfo<'_> {
+        let opened = self.opened();
+        let played = opened.event_of.len();
+        let mut epochs = self.epochs.clone();
+        for epoch in &mut epochs {
+            let before = epoch.records.checked_sub(1).map(|last| opened.event_of.get(last));
+            epoch.event = before.map_or(1, |before| before.map_or(0, |event| event + 1));
+        }
+        // Those that have not been played are not known yet.
+        epochs.retain(|epoch| epoch.event > 0);
+        RunInfo {
+            name: &self.name,
+            origin: &self.recording.header.origin,
+            kind: "emulator",
+            events: self.journal.next_number() - 1,
+            complete: opened.complete,
+            played,
+            records: self.recording.records.len(),
+            epochs,
+            departure: opened.departure.as_ref().map(ToString::to_string),
+        }
+    }
+
+    /// The last moment of the recording.
+    pub fn end(&self) -> Moment {
+        let records = self.recording.records.len();
+        let at = self.epochs.last().map_or(Time::ZERO, |epoch| epoch.ends);
+        Moment { records, at }
+    }
+
+    /// The moment that a key names.
+    ///
+    /// # Errors
+    /// There is no such event.
+    pub fn moment(&self, key: MomentKey) -> Result<Moment, NoMoment> {
+        let MomentKey { event, at } = key;
+        let Some(event) = event.filter(|event| *event > 0) else {
+            return Ok(self.moment_at(at.unwrap_or(Time::ZERO)));
+        };
+        let place = usize::try_from(event - 1).unwrap_or(usize::MAX);
+        let opened = self.opened();
+        let Some(records) = opened.records_of.get(place) else {
+            let known = opened.records_of.len();
+            let more = if opened.complete { "" } else { " so far" };
+            return Err(NoMoment(format!(
+                "event {event}: the run has {known} events{more}"
+            )));
+        };
+        let begun = self
+            .journal
+            .events_from(event, 1)
+            .events
+            .first()
+            .map(|found| found.t);
+        let mut records = *records as usize;
+        let begun = begun.unwrap_or_default();
+        let mut at = at.unwrap_or(begun).max(begun);
+        // What has happened since without an event belongs to it; what has one ends it.
+        while let Some(record) = self.recording.records.get(records) {
+            let is_silent = opened.event_of.get(records).is_some_and(|last| *last <= event);
+            if record.at > at {
+                break;
+            }
+            if !is_silent || record.kind.new_time().is_some() {
+                at = at.min(record.at);
+                break;
+            }
+            records += 1;
+        }
+        Ok(Moment { records, at })
+    }
+
+    /// The moment at this time, in the first part of the run that has it.
+    fn moment_at(&self, at: Time) -> Moment {
+        let has = |epoch: &&Epoch| epoch.begins <= at && at <= epoch.ends;
+        let epoch = self.epochs.iter().find(has).or(self.epochs.last());
+        let Some(epoch) = epoch else {
+            return Moment {
+                records: 0,
+                at: Time::ZERO,
+            };
+        };
+        let at = at.max(epoch.begins).min(epoch.ends);
+        let rest = self.recording.records.iter().skip(epoch.records);
+        let passed = rest.take_while(|record| record.at <= at);
+        let mut records = epoch.records;
+        for record in passed {
+            if record.kind.new_time().is_some() {
+                break;
+            }
+            records += 1;
+        }
+        Moment { records, at }
+    }
+
+    /// The run at a moment, and the number of the last event by then.
+    pub fn seek(&self, moment: Moment) -> Option<(Playback, u64)> {
+        let keyframes = self.opened().keyframes.near(moment)?;
+        let before = keyframes.steps();
+        let mut playback = keyframes;
+        playback.play_to(moment);
+        let steps = playback.steps() - before;
+        let mut opened = self.opened();
+        opened.most_steps = opened.most_steps.max(steps);
+        let last = self.last_event(&opened, playback.moment());
+        Some((playback, last))
+    }
+
+    /// The number of the last event that had happened at a moment.
+    fn last_event(&self, opened: &Opened, moment: Moment) -> u64 {
+        let after = opened
+            .records_of
+            .partition_point(|records| *records as usize <= moment.records);
+        // Of those without a record in between, the ones that were due by then.
+        let first = opened
+            .records_of
+            .partition_point(|records| (*records as usize) < moment.records);
+        let count = after - first;
+        let events = self.journal.events_from(first as u64 + 1, count).events;
+        let due = events.iter().filter(|event| event.t <= moment.at).count();
+        (first + due) as u64
+    }
+
+    /// The way to a moment for the calls of the control interface; without a key the end.
+    ///
+    /// # Errors
+    /// There is no such moment.
+    pub fn handle(&self, key: Option<&str>) -> Result<DriverHandle, NoMoment> {
+        let moment = match key.map(str::parse) {
+            Some(Ok(key)) => self.moment(key)?,
+            Some(Err(error)) => return Err(NoMoment(KeyError::to_string(&error))),
+            None => self.end(),
+        };
+        let found = self.seek(moment);
+        let (playback, last) = found.ok_or_else(|| NoMoment("the run has no beginning".to_owned()))?;
+        let journal = Arc::new(self.journal.as_of(last));
+        let still = Still(playback.controller().clone());
+        Ok(DriverHandle::recorded(still, journal, Arc::clone(&self.streams)))
+    }
+}
+
+/// Plays a run from its start to its end.
+pub struct Opening {
+    run: Arc<Run>,
+    playback: Playback,
+    comparison: Comparison,
+}
+
+impl Opening {
+    /// Plays a portion; whether there is more.
+    pub fn advance(&mut self) -> bool {
+        let run = Arc::clone(&self.run);
+        let mut opened = run.opened();
+        if opened.event_of.is_empty() && self.playback.steps() == 0 {
+            self.note(&mut opened, None);
+        }
+        for _ in 0..PORTION {
+            let Some(step) = self.playback.step() else {
+                opened.complete = true;
+                break;
+            };
+            self.note(&mut opened, Some(step));
+            opened.keyframes.note(&self.playback);
+        }
+        let is_complete = opened.complete;
+        let played = opened.event_of.len();
+        drop(opened);
+        self.run.progress.send_replace(played);
+        !is_complete
+    }
+
+    /// Plays all of it.
+    pub fn finish(mut self) {
+        while self.advance() {}
+    }
+
+    fn note(&mut self, opened: &mut Opened, step: Option<Step>) {
+        let moment = self.playback.moment();
+        let known = opened.records_of.len() as u64;
+        let records = u32::try_from(moment.records).unwrap_or(u32::MAX);
+        for found in self.run.journal.events_from(known + 1, usize::MAX).events {
+            opened.records_of.push(records);
+            let place = Place {
+                event: found.seq,
+                at: found.t,
+            };
+            opened.lanes.event(place, &found.event);
+        }
+        let event = opened.records_of.len() as u64;
+        let place = Place { event, at: moment.at };
+        if let Some(Step::Record(record)) = step {
+            opened.event_of.push(event);
+            if let Some(RecordKind::Action(action)) =
+                self.run.recording.records.get(record).map(|record| &record.kind)
+            {
+                opened.lanes.action(place, &action.to_string());
+            }
+        }
+        opened.lanes.state(place, self.playback.controller());
+        self.comparison.note(&mut self.playback);
+        opened.departure = opened
+            .departure
+            .take()
+            .or_else(|| self.comparison.departure().cloned());
+    }
+}
+
+/// The parts of a recording in which time continues.
+fn epochs(recording: &Recording) -> Vec<Epoch> {
+    let mut epochs = vec![Epoch {
+        records: 0,
+        event: 1,
+        begins: Time::ZERO,
+        ends: Time::ZERO,
+    }];
+    for (place, record) in recording.records.iter().enumerate() {
+        if let Some(last) = epochs.last_mut() {
+            last.ends = last.ends.max(record.at);
+        }
+        if let Some(begins) = record.kind.new_time() {
+            epochs.push(Epoch {
+                records: place + 1,
+                event: 0,
+                begins,
+                ends: begins,
+            });
+        }
+    }
+    epochs
+}
