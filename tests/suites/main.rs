@@ -55,6 +55,7 @@ mod print_input;
 mod programs;
 mod prose;
 mod purity;
+mod replay;
 mod resets;
 mod scara_edition;
 mod serial;

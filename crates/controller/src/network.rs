@@ -2,6 +2,7 @@
 //!
 //! The emulator opens the channels accordingly.
 
+use crate::port::Port;
 use ts3100_proto::parameter::{EthernetParameters, OpenMode};
 
 /// One Ethernet channel.
@@ -38,5 +39,11 @@ impl NetworkConfig {
         NetworkConfig {
             channels: [channel(0), channel(1), channel(2), channel(3)],
         }
+    }
+
+    /// Whether hosts can connect to the port: a serial port always, a channel unless its parameter says that it is not used.
+    pub fn is_used(&self, port: Port) -> bool {
+        let channel = port.ethernet_index().and_then(|index| self.channels.get(index));
+        channel.is_none_or(|channel| channel.mode != OpenMode::NotUsed)
     }
 }

@@ -21,6 +21,7 @@ pub mod launch;
 pub mod loading;
 pub mod log;
 pub mod ready;
+pub mod recorded;
 #[cfg(test)]
 #[allow(dead_code, reason = "shared with crates that use all of it")]
 #[path = "../../../tests/src/testing.rs"]

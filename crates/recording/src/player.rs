@@ -12,7 +12,6 @@ use ts3100_controller::{
 use ts3100_driver::seat::{Effects, Notice, Seat, Side, Subscriber};
 use ts3100_driver::snapshot;
 use ts3100_driver::tcp::{CLOSE_GRACE, SecondConnection};
-use ts3100_proto::parameter::OpenMode;
 use ts3100_proto::text::TextOptions;
 
 /// Bytes that a newcomer's peer may send before it is served.
@@ -265,10 +264,7 @@ impl Player {
         self.lines
             .splitters
             .insert(line, AnswerSplitter::new(line, self.text));
-        let channel = port
-            .ethernet_index()
-            .and_then(|index| self.seat.controller.network().channels.get(index));
-        if channel.is_some_and(|channel| channel.mode == OpenMode::NotUsed) {
+        if !self.seat.controller.network().is_used(port) {
             return self.lines.end(line, EndReason::Refused);
         }
         match (self.lines.current_peers.get(&port).copied(), self.second) {

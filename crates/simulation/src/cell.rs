@@ -182,7 +182,8 @@ impl Cell {
 
     fn connect(&mut self, robot: usize, port: Port) {
         self.disconnect(robot, port);
-        if !self.is_powered(robot) || self.world.is_storing() {
+        let is_open = self.world[robot].seat.controller.network().is_used(port);
+        if !is_open || !self.is_powered(robot) || self.world.is_storing() {
             return;
         }
         match self.host(robot, port) {
@@ -428,8 +429,9 @@ impl Cell {
         let Some(mut next) = self.kept[robot].clone() else {
             return;
         };
-        // The ports of a robot without power are closed: nobody is adopted.
-        if !next.state().powered || !self.is_powered(robot) {
+        // The ports of a robot without power are closed, and those with other parameters open anew: no peer is adopted.
+        let same_ports = next.network() == self.world[robot].seat.controller.network();
+        if !same_ports || !next.state().powered || !self.is_powered(robot) {
             for port in [Port::Ip0, Port::Host, Port::Ip1, Port::Com1] {
                 self.disconnect(robot, port);
             }

@@ -126,15 +126,22 @@ pub fn shrunk(mut failure: Failure, canary: Option<Rule>) -> Failure {
 /// # Errors
 /// The file cannot be written.
 pub fn recorded(failure: &Failure, path: &Path, canary: Option<Rule>) -> io::Result<()> {
-    let mut cell = Cell::new(&failure.plan, canary);
+    record(&failure.plan, failure.violation.robot, path, canary)
+}
+
+/// Writes what a plan has happen to one of its robots as a transcript.
+///
+/// # Errors
+/// The file cannot be written.
+pub fn record(plan: &Plan, robot: usize, path: &Path, canary: Option<Rule>) -> io::Result<()> {
+    let mut cell = Cell::new(plan, canary);
     let target = TranscriptFile {
         path: path.to_path_buf(),
         format: Format::Text,
     };
-    cell.record(failure.violation.robot, &failure.plan, target)
-        .map_err(io::Error::other)?;
-    // The rule is broken again: that is what the transcript ends with.
-    let _ = cell.run(&failure.plan.steps);
+    cell.record(robot, plan, target).map_err(io::Error::other)?;
+    // A rule that was broken is broken again: that is what the transcript ends with.
+    let _ = cell.run(&plan.steps);
     Ok(())
 }
 

@@ -143,6 +143,11 @@ impl Run {
         self.progress.subscribe()
     }
 
+    /// The most steps from a copy to a moment, in the part that has been played.
+    pub fn keyframe_interval(&self) -> u64 {
+        self.opened().keyframes.interval()
+    }
+
     /// The most steps that a moment took so far.
     pub fn most_steps(&self) -> u64 {
         self.opened().most_steps
@@ -210,7 +215,7 @@ impl Run {
             .map(|found| found.t);
         let mut records = *records as usize;
         let begun = begun.unwrap_or_default();
-        let mut at = at.unwrap_or(begun).max(begun);
+        let mut at = at.unwrap_or(begun).min(self.ends(records)).max(begun);
         // What has happened since without an event belongs to it; what has one ends it.
         while let Some(record) = self.recording.records.get(records) {
             let is_silent = opened.event_of.get(records).is_some_and(|last| *last <= event);
@@ -224,6 +229,13 @@ impl Run {
             records += 1;
         }
         Ok(Moment { records, at })
+    }
+
+    /// When the part of the run ends in which so many records have happened.
+    fn ends(&self, records: usize) -> Time {
+        let after = self.epochs.partition_point(|epoch| epoch.records <= records);
+        let epoch = after.checked_sub(1).and_then(|place| self.epochs.get(place));
+        epoch.map_or(Time::ZERO, |epoch| epoch.ends)
     }
 
     /// The moment at this time, in the first part of the run that has it.

@@ -2,12 +2,12 @@
 //!
 //! The emulator is configured as for `diff`. The run itself is [`ts3100_view`].
 
-use super::diff::{RobotArgs, settings};
 use super::output;
 use super::serve::stop_signal;
 use crate::embed::single_threaded;
 use crate::launch::bind_control;
 use crate::loading;
+use crate::recorded::{RobotArgs, settings};
 use anyhow::Context as _;
 use clap::Args;
 use std::net::SocketAddr;
