@@ -135,7 +135,11 @@ impl<'a> Matching<'a> {
 
     /// The moment of the replay for a moment of the recording.
     fn due(&self, at: Time) -> Time {
-        self.anchor.played + at.since(self.anchor.recorded)
+        // Half an answer is taken when the host says the next thing, after whole answers of other ports that came later.
+        let earlier = self.anchor.recorded.since(at).as_micros();
+        let played = self.anchor.played + at.since(self.anchor.recorded);
+        let earlier = u64::try_from(earlier).unwrap_or(u64::MAX);
+        Time::from_micros(played.as_micros().saturating_sub(earlier))
     }
 
     fn input(&mut self, at: Time, what: &RecordKind) {
@@ -346,10 +350,12 @@ impl<'a> Matching<'a> {
         } else {
             answer.at
         };
-        self.anchor = TimeAnchor {
-            recorded: recorded.at,
-            played: played.max(self.anchor.played),
-        };
+        if recorded.at >= self.anchor.recorded {
+            self.anchor = TimeAnchor {
+                recorded: recorded.at,
+                played: played.max(self.anchor.played),
+            };
+        }
     }
 
     fn ended(&mut self, at: Time, line: PeerId, how: EndReason) {
