@@ -99,6 +99,8 @@ def main(folder):
         (folder / "protocol" / path.stem).write_bytes(transcript(path.read_text()))
         (folder / "recording" / path.stem).write_bytes(b"0" + path.read_bytes())
     (folder / "recording" / "json").write_bytes(b"1" + (ROOT / "fixtures/golden/events/transcript.jsonl").read_bytes())
+    begin = json.dumps(json.loads(sorted((ROOT / "fixtures/snapshots/v1").glob("*.json"))[0].read_text()), separators=(",", ":"))
+    (folder / "recording" / "begin").write_text(f"0origin: observed\n! begin 5us IP0 {begin}\n@+1ms\n> IP0 SU<CR>\n")
     for number in range(len(list((ROOT / "fixtures/snapshots/v1").glob("*.json")))):
         (folder / "snapshot" / str(number)).write_bytes(bytes([number, 0]) + passing(1000))
     (folder / "canary" / "wd").write_bytes(b"WD,9999 8")

@@ -48,9 +48,9 @@ fn check_capture(mut capture: &[u8]) {
 fn can_be_played(recording: &Recording) -> bool {
     recording.records.iter().all(|record| {
         let restored = match &record.kind {
-            RecordKind::Link(LinkRecord::Restored { at, snapshot }) => {
-                at.as_micros() <= MAX_PLAYED && from_json(snapshot).is_ok()
-            }
+            RecordKind::Link(
+                LinkRecord::Restored { at, snapshot } | LinkRecord::Begin { at, snapshot, .. },
+            ) => at.as_micros() <= MAX_PLAYED && from_json(snapshot).is_ok(),
             _ => true,
         };
         restored && record.at.as_micros() <= MAX_PLAYED

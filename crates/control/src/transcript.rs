@@ -53,8 +53,8 @@ impl FormatName {
 call! {
     /// Get the transcript
     ///
-    /// Everything since the start or the last reset, at most the last 16,384 records; a remark at the beginning tells how
-    /// many are missing. `--transcript FILE` writes the same to a file.
+    /// Everything since the start or the last reset, at most the last 16,384 records. If older ones are missing, a remark at
+    /// the beginning tells how many, and the controller as it was then follows it. `--transcript FILE` writes the same to a file.
     get_transcript = get("/transcript",
         params(TranscriptQuery),
         responses((status = 200, description = "The transcript in the format asked for.", content(

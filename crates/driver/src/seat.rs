@@ -59,8 +59,11 @@ pub trait Subscriber: Send {
     fn input(&mut self, _at: Time, _input: &Input, _by: Side) {}
     /// An output that is about to be carried out.
     fn output(&mut self, _at: Time, _output: &Output) {}
-    /// An input and all its outputs have been handled.
+    /// An input and all its outputs have been handled. Inputs that follow from them may be waiting, such as the end of a
+    /// connection that an output has closed.
     fn settled(&mut self, _at: Time, _controller: &Controller) {}
+    /// An input and all that follows from it have been handled: no input waits, and no change of a file.
+    fn all_settled(&mut self, _controller: &Controller) {}
     /// The owner has done something around the controller.
     fn notice(&mut self, _at: Time, _notice: Notice<'_>) {}
     /// Nothing more follows immediately: write the collected data.
@@ -224,6 +227,12 @@ impl Seat {
         self.controller.trace(traced);
     }
 
+    /// Replaces the controller. The subscribers see its statements as they saw those of the one before.
+    pub fn replace(&mut self, controller: Controller) {
+        self.controller = controller;
+        self.await_statements(self.statements_awaited);
+    }
+
     /// Lets a wire drive this digital input, with inputs of [`Side::Robot`]; other drivers have no effect.
     pub(crate) fn join_wire(&mut self, line: u16) {
         self.wired_inputs.insert(line);
@@ -330,6 +339,11 @@ impl Seat {
                     now = self.controller.now();
                 }
                 (Some(_), Source::Due | Source::Follows) => {}
+            }
+        }
+        if !self.is_waiting() {
+            for subscriber in &mut self.audience.subscribers {
+                subscriber.all_settled(&self.controller);
             }
         }
         self.flush();

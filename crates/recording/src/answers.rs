@@ -1,7 +1,7 @@
 //! Splits the bytes of a recording into the units that are compared: texts on a protocol port, records on a channel. Both
 //! the recording and the emulator's output are split by the same rules, because the wire may cut bytes anywhere.
 
-use crate::transcript::{EndReason, PeerId, RecordKind, Recording, Side};
+use crate::transcript::{EndReason, LinkRecord, PeerId, RecordKind, Recording, Side};
 use std::collections::{BTreeMap, BTreeSet};
 use ts3100_controller::Time;
 use ts3100_proto::dissect::text_length;
@@ -204,6 +204,11 @@ pub(crate) fn events(recording: &Recording, options: TextOptions) -> Vec<Recorde
                     }
                     RecordKind::Ended { line, .. } => {
                         left_by_host.insert(*line);
+                    }
+                    // As the player does it.
+                    RecordKind::Link(LinkRecord::Begin { .. }) => {
+                        splitters.clear();
+                        left_by_host.clear();
                     }
                     RecordKind::FromRobot { .. }
                     | RecordKind::Action(_)

@@ -3,7 +3,7 @@
 
 use crate::answers::{Answer, AnswerSplitter};
 use crate::transcript::{EndReason, LinkRecord, PeerId, Record, RecordKind, Recording};
-use std::collections::{BTreeMap, VecDeque};
+use std::collections::{BTreeMap, BTreeSet, VecDeque};
 use ts3100_controller::findings::Finding;
 use ts3100_controller::output::DisconnectMode;
 use ts3100_controller::{
@@ -227,6 +227,13 @@ impl Player {
                     self.replace_controller(next);
                 }
             }
+            LinkRecord::Begin {
+                connected, snapshot, ..
+            } => {
+                if let Ok(next) = snapshot::from_json(snapshot) {
+                    self.begin(next, connected);
+                }
+            }
             LinkRecord::Reset { calendar } => {
                 let mut next = self.initial_controller.clone();
                 if let Some(calendar) = calendar {
@@ -257,6 +264,19 @@ impl Player {
         self.lines.now = next.now();
         self.seat.controller = next;
         self.feed(Input::Tick);
+    }
+
+    /// Continues with a controller that knows its peers, in the middle of whatever they say to each other.
+    fn begin(&mut self, mut next: Controller, connected: &BTreeSet<Port>) {
+        next.persist_outside(true);
+        self.waiting_peers.clear();
+        let lines = connected.iter().map(|port| PeerId::first(*port));
+        self.lines.current_peers = lines.map(|line| (line.port, line)).collect();
+        let lines = self.lines.current_peers.values();
+        let splitters = lines.map(|line| (*line, AnswerSplitter::new(*line, self.text)));
+        self.lines.splitters = splitters.collect();
+        self.lines.now = next.now();
+        self.seat.replace(next);
     }
 
     fn connect(&mut self, line: PeerId, peer: &str) {

@@ -330,7 +330,9 @@ impl Recording {
     /// Checks that every snapshot in the recording can be restored; otherwise returns the line and the reason.
     fn validated(self) -> Result<Recording, (usize, LineError)> {
         for (record, line) in self.records.iter().zip(&self.lines) {
-            if let RecordKind::Link(LinkRecord::Restored { snapshot, .. }) = &record.kind {
+            if let RecordKind::Link(link) = &record.kind
+                && let Some(snapshot) = link.snapshot()
+            {
                 ts3100_driver::snapshot::from_json(snapshot).map_err(|error| (*line, error.into()))?;
             }
         }

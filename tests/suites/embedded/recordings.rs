@@ -1,7 +1,7 @@
 //! Transcripts of running emulators: the same inputs give the same bytes in every form, and what was done is in
 //! the file at once.
 
-use std::io::Read;
+use std::io::{Read, Write as _};
 use std::time::Duration;
 use ts3100_controller::{Action, PanelAction, Port};
 use ts3100_controller::{Config, Dialect};
@@ -273,6 +273,54 @@ fn a_run_that_begins_with_a_snapshot_is_played_from_it() {
         RecordKind::Link(LinkRecord::Restored { .. })
     ));
     assert_eq!(compared(&recording, &Tolerance::default()).differences, []);
+}
+
+/// More than the control interface keeps, with a program that moves and prints and a download that is under way.
+#[test]
+fn what_the_control_interface_keeps_replays_when_its_beginning_is_gone() {
+    let directory = TempDir::new("transcript");
+    let program = "PROGRAM PICK\nSPEED = 100\nLOOP:\nMOVE POINT(450, 0, 250)\nPRINT IP1, \"A\", CR\n\
+        DELAY 0.013\nMOVE POINT(400, 30, 260)\nPRINT IP1, \"B\", CR\nGOTO LOOP\nEND\n";
+    let bench = Bench::start(
+        bench::builder()
+            .file("PICK", program)
+            .select("PICK")
+            .servo_on(true),
+    );
+    let mut host = bench.host();
+    let _program = bench.dial(Port::Ip1);
+    host.exchange(b"\x02RN\r\x03", b"\x02OK\r\x03");
+    let before = bench.call_text("GET", "/transcript", "").1;
+    assert!(before.contains("RN<CR>") && !before.contains("! begin "));
+    // Half of a text, which ends after all that is no longer kept.
+    host.write_all(b"\x02S").unwrap();
+    let file = serde_json::json!({ "text": "' a line of a long file\n".repeat(2_500) }).to_string();
+    for _ in 0..150 {
+        bench.put("/files/LONG", &file);
+        bench.post("/clock/advance", r#"{"seconds":0.0517}"#);
+    }
+    host.write_all(b"U\r\x03").unwrap();
+    host.text();
+    host.write_all(b"\x02OK\r\x03").unwrap();
+    for _ in 0..50 {
+        host.sf();
+        bench.post("/clock/advance", r#"{"seconds":0.0517}"#);
+    }
+    for (format, name) in [("text", "kept.txt"), ("jsonl", "kept.jsonl")] {
+        let kept = bench
+            .call_text("GET", &format!("/transcript?format={format}"), "")
+            .1;
+        assert!(kept.contains("records before this one are no longer kept"));
+        assert!(!kept.contains("RN<CR>") && kept.len() < 12 * 1024 * 1024);
+        let recording = Recording::read(directory.file(name, &kept).as_ref()).unwrap();
+        let exact = Tolerance {
+            time: Duration::ZERO,
+            ..Tolerance::default()
+        };
+        let report = compared(&recording, &exact);
+        assert_eq!(report.differences, [], "{name}");
+        assert!(report.answers > 60, "{name}: {}", report.answers);
+    }
 }
 
 /// The text that `--transcript` writes runs in the runner of the hand-written ones, against a new controller.

@@ -1,11 +1,16 @@
 //! The last records of a run in memory, while the control interface is open, so that a test can fetch the transcript of a
 //! running emulator. Files of unlimited length are written by `recorder`.
+//!
+//! The transcript replays from its first record, also when older ones are discarded: every eighth of the buffer begins with a
+//! copy of the controller, and records are discarded up to the next copy. A copy is serialized only when the transcript is
+//! fetched.
 
 use super::{Format, Header, LinkRecord, PeerId, Record, RecordKind, Side};
 use crate::byte_log::ByteLog;
+use std::collections::{BTreeSet, VecDeque};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
-use ts3100_controller::{Bytes, Controller, Time};
+use ts3100_controller::{Bytes, Controller, Port, Time};
 use ts3100_proto::calendar::CalendarTime;
 
 /// Most records in the buffer; the oldest are discarded.
@@ -17,6 +22,9 @@ pub const MAX_BUFFERED_BYTES: usize = 8 * 1024 * 1024;
 const RECORD_OVERHEAD: usize = 64;
 /// Estimated size of a controller without its files.
 const CONTROLLER_OVERHEAD: usize = 16 * 1024;
+/// Pieces of a full buffer, each with a copy of the controller. More pieces discard fewer records at once, and cost more
+/// copies.
+const PIECES: usize = 8;
 
 /// One record of the buffer.
 #[derive(Debug)]
@@ -33,13 +41,6 @@ enum BufferedRecord {
 }
 
 impl BufferedRecord {
-    fn at(&self) -> Time {
-        match self {
-            BufferedRecord::Record(record) => record.at,
-            BufferedRecord::Sent { at, .. } | BufferedRecord::Restored(at, _) => *at,
-        }
-    }
-
     /// Estimated size besides the bytes of the entry.
     fn size(&self) -> usize {
         RECORD_OVERHEAD
@@ -51,6 +52,7 @@ impl BufferedRecord {
                     RecordKind::Link(LinkRecord::SerialErrors { bytes, .. }) => bytes.len(),
                     RecordKind::Link(LinkRecord::Injected { bytes, .. }) => bytes.len(),
                     RecordKind::Link(LinkRecord::Restored { snapshot, .. }) => snapshot.len(),
+                    RecordKind::Link(LinkRecord::Begin { snapshot, .. }) => snapshot.len(),
                     RecordKind::Connected { .. }
                     | RecordKind::FromHost { .. }
                     | RecordKind::FromRobot { .. }
@@ -58,12 +60,7 @@ impl BufferedRecord {
                     | RecordKind::Action(_)
                     | RecordKind::Link(_) => 0,
                 },
-                BufferedRecord::Restored(_, controller) => {
-                    let files = controller
-                        .files()
-                        .map(|(name, content)| name.len() + content.len());
-                    CONTROLLER_OVERHEAD + files.sum::<usize>()
-                }
+                BufferedRecord::Restored(_, controller) => controller_size(controller),
             }
     }
 
@@ -87,28 +84,122 @@ impl BufferedRecord {
     }
 }
 
+/// Estimated size of a copy of the controller.
+fn controller_size(controller: &Controller) -> usize {
+    let files = controller.files();
+    let files = files.map(|(name, content)| name.len() + content.len());
+    CONTROLLER_OVERHEAD + files.sum::<usize>()
+}
+
+/// The controller before a record.
+#[derive(Debug)]
+struct Beginning {
+    /// Number of the record, counted from 0 since the start or the last reset.
+    record: u64,
+    /// Ports with a peer.
+    connected: BTreeSet<Port>,
+    controller: Box<Controller>,
+}
+
 #[derive(Debug, Default)]
 struct BufferState {
     header: Header,
     /// Most records; the bytes are limited in the same proportion.
     most: usize,
     records: ByteLog<BufferedRecord>,
-    /// Estimated size of all records.
+    /// Estimated size of the records.
     size: usize,
+    /// Oldest first. The records before the first of them begin with the header.
+    beginnings: VecDeque<Beginning>,
+    /// Estimated size of the beginnings.
+    copies: usize,
+    /// Estimated size of the records since the last beginning.
+    piece: usize,
     discarded: u64,
 }
 
 impl BufferState {
     fn push(&mut self, record: BufferedRecord, bytes: &[u8]) {
-        self.size += record.size() + bytes.len();
+        let size = record.size() + bytes.len();
+        self.size += size;
+        self.piece += size;
         self.records.push(record, bytes);
-        let most_bytes = self.most * (MAX_BUFFERED_BYTES / MAX_BUFFERED_RECORDS);
-        while self.records.len() > self.most || self.size > most_bytes {
-            let Some((oldest, length)) = self.records.pop() else {
-                return;
-            };
+        self.discard_surplus();
+        // A single piece can grow that large only while an input is being handled. Its rest has no beginning and is discarded
+        // before the next piece.
+        if self.records.len() > self.most || self.size > self.most_bytes() {
+            self.discard_until(self.next_record());
+        }
+    }
+
+    /// Most bytes of records and copies.
+    fn most_bytes(&self) -> usize {
+        self.most * (MAX_BUFFERED_BYTES / MAX_BUFFERED_RECORDS)
+    }
+
+    /// Number of the next record.
+    fn next_record(&self) -> u64 {
+        self.discarded + self.records.len() as u64
+    }
+
+    /// Whether the records kept begin with a known controller.
+    fn has_beginning(&self) -> bool {
+        let first = self.beginnings.front();
+        self.discarded == 0 || first.is_some_and(|beginning| beginning.record == self.discarded)
+    }
+
+    /// Whether a copy of the controller is due before the next record.
+    fn needs_beginning(&self) -> bool {
+        let last = self.beginnings.back().map_or(0, |beginning| beginning.record);
+        let records = usize::try_from(self.next_record() - last).unwrap_or(usize::MAX);
+        !self.has_beginning()
+            || records >= self.most.div_ceil(PIECES)
+            || self.piece >= self.most_bytes().div_ceil(PIECES)
+    }
+
+    fn begin(&mut self, connected: BTreeSet<Port>, controller: Box<Controller>) {
+        if !self.has_beginning() {
+            self.discard_until(self.next_record());
+        }
+        self.copies += controller_size(&controller);
+        self.piece = 0;
+        self.beginnings.push_back(Beginning {
+            record: self.next_record(),
+            connected,
+            controller,
+        });
+        self.discard_surplus();
+    }
+
+    /// Discards the oldest pieces while the buffer is too large. The last piece stays: a robot whose files alone are too large
+    /// has one copy of them here.
+    fn discard_surplus(&mut self) {
+        while (self.records.len() > self.most || self.size + self.copies > self.most_bytes())
+            && let Some(next) = self.second_piece()
+        {
+            self.discard_until(next);
+        }
+    }
+
+    /// Number of the first record of the second piece.
+    fn second_piece(&self) -> Option<u64> {
+        let mut records = self.beginnings.iter().map(|beginning| beginning.record);
+        records.find(|record| *record > self.discarded)
+    }
+
+    /// Discards the records before this one, and their beginnings.
+    fn discard_until(&mut self, record: u64) {
+        while self.discarded < record
+            && let Some((oldest, length)) = self.records.pop()
+        {
             self.size -= oldest.size() + length;
             self.discarded += 1;
+        }
+        while let Some(oldest) = self.beginnings.front()
+            && oldest.record < record
+        {
+            self.copies -= controller_size(&oldest.controller);
+            self.beginnings.pop_front();
         }
     }
 }
@@ -152,6 +243,18 @@ impl TranscriptBuffer {
         self.state().push(BufferedRecord::Restored(at, controller), &[]);
     }
 
+    /// Whether [`TranscriptBuffer::begin`] is due: as soon as nothing waits to be handled.
+    pub fn needs_beginning(&self) -> bool {
+        self.state().needs_beginning()
+    }
+
+    /// Keeps a copy of this controller, so that the records before it can be discarded. Only between two inputs: a replay
+    /// continues with the next record.
+    pub fn begin(&self, connected: BTreeSet<Port>, controller: &Controller) {
+        let controller = Box::new(controller.clone());
+        self.state().begin(connected, controller);
+    }
+
     /// Clears the buffer after a reset to the start.
     pub fn restart(&self, calendar: Option<CalendarTime>) {
         let pages = &mut *self.state();
@@ -166,22 +269,31 @@ impl TranscriptBuffer {
         };
     }
 
-    /// The transcript in a file format. A remark in front says how many records were discarded.
+    /// The transcript in a file format. If records were discarded, it begins with a remark that says how many, and with the
+    /// controller as it was at the first record that is kept.
     pub fn to_bytes(&self, format: Format) -> Vec<u8> {
         let pages = self.state();
-        let missing = pages.records.first().filter(|_| pages.discarded > 0);
-        let missing = missing.map(|(first, _)| Record {
-            at: first.at(),
+        let missing = (pages.discarded > 0).then(|| Record {
+            at: Time::ZERO,
             kind: RecordKind::Remark(format!(
                 "{} records before this one are no longer kept",
                 pages.discarded
+            )),
+        });
+        let first = pages.beginnings.front();
+        let first = first.filter(|_| pages.discarded > 0 && pages.has_beginning());
+        let begin = first.map(|beginning| Record {
+            at: Time::ZERO,
+            kind: RecordKind::Link(LinkRecord::from_beginning(
+                &beginning.controller,
+                &beginning.connected,
             )),
         });
         let records = pages
             .records
             .iter_from(0)
             .map(|(record, bytes)| record.record(bytes.to_vec()));
-        let records = missing.into_iter().chain(records);
+        let records = missing.into_iter().chain(begin).chain(records);
         let mut out = Vec::new();
         let mut writer = format.writer(Duration::ZERO);
         writer.header(&pages.header, &mut out);
@@ -193,7 +305,7 @@ impl TranscriptBuffer {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use ts3100_controller::{Port, Time};
+    use ts3100_controller::{Config, Dialect, Port, Time};
 
     fn record(at: u64, length: usize) -> Record {
         Record {
@@ -209,20 +321,104 @@ mod tests {
         String::from_utf8(buffer.to_bytes(Format::Text)).unwrap()
     }
 
-    #[test]
-    fn it_is_bounded_in_records_and_bytes_and_says_what_is_gone() {
-        let buffer = TranscriptBuffer::new(Header::default(), MAX_BUFFERED_RECORDS);
-        for at in 0..MAX_BUFFERED_RECORDS as u64 + 2 {
-            buffer.push(record(at, 1));
+    /// A controller with files of 64 KiB.
+    fn robot(files: usize) -> Controller {
+        let mut controller = Controller::new(Config::new(Dialect::Field), Vec::new()).unwrap();
+        for number in 0..files {
+            let content = b"END\n".repeat(16_384);
+            controller.put_file(&format!("BIG{number}"), &content).unwrap();
         }
-        assert_eq!(text(&buffer).matches("> IP1 7").count(), MAX_BUFFERED_RECORDS);
-        assert!(text(&buffer).contains("# 2 records before this one are no longer kept\n"));
-        buffer.push(record(99_999, MAX_BUFFERED_BYTES - RECORD_OVERHEAD));
-        assert_eq!(text(&buffer).matches("> IP1 7").count(), 1);
-        buffer.push(record(99_999, MAX_BUFFERED_BYTES));
-        assert!(!text(&buffer).contains("> IP1 7"));
+        controller
+    }
+
+    /// Appends a record, after which nothing waits.
+    fn settle(buffer: &TranscriptBuffer, record: Record, controller: &Controller) {
+        buffer.push(record);
+        if buffer.needs_beginning() {
+            buffer.begin(BTreeSet::new(), controller);
+        }
+    }
+
+    /// Number of records kept, after a check that they begin with a controller if others are gone.
+    fn kept(buffer: &TranscriptBuffer) -> usize {
+        let text = text(buffer);
+        let mut lines = text.lines().skip(2);
+        let gone = text.contains(" records before this one are no longer kept\n");
+        if gone {
+            assert!(lines.next().unwrap().starts_with("# "), "{text}");
+            assert!(lines.next().unwrap().starts_with("! begin "), "{text}");
+        }
+        text.matches("> IP1 7").count()
+    }
+
+    #[test]
+    fn it_is_bounded_in_records_and_says_what_is_gone() {
+        let buffer = TranscriptBuffer::new(Header::default(), MAX_BUFFERED_RECORDS);
+        let controller = robot(0);
+        for at in 0..MAX_BUFFERED_RECORDS as u64 {
+            settle(&buffer, record(at, 1), &controller);
+        }
+        assert_eq!(kept(&buffer), MAX_BUFFERED_RECORDS);
+        assert!(!text(&buffer).contains('#'));
+        settle(&buffer, record(99_999, 1), &controller);
+        let piece = MAX_BUFFERED_RECORDS / PIECES;
+        assert_eq!(kept(&buffer), MAX_BUFFERED_RECORDS - piece + 1);
+        let gone = format!("# {piece} records before this one are no longer kept\n");
+        assert!(text(&buffer).contains(&gone));
+        for at in 0..MAX_BUFFERED_RECORDS as u64 {
+            settle(&buffer, record(at, 1), &controller);
+            let kept = buffer.state().records.len();
+            assert!((MAX_BUFFERED_RECORDS - piece..=MAX_BUFFERED_RECORDS).contains(&kept));
+        }
         buffer.restart(None);
         buffer.push(record(0, 3));
         assert!(text(&buffer).ends_with("> IP1 777\n") && !text(&buffer).contains('#'));
+    }
+
+    #[test]
+    fn copies_of_the_controller_count_with_their_files() {
+        let most_bytes = 256 * MAX_BUFFERED_BYTES / MAX_BUFFERED_RECORDS;
+        for files in [0, 1, 4] {
+            let buffer = TranscriptBuffer::new(Header::default(), 256);
+            let controller = robot(files);
+            let copy = controller_size(&controller);
+            assert!(copy > files * 65_536);
+            for at in 0..1_000 {
+                settle(
+                    &buffer,
+                    record(at, 100 + usize::try_from(at).unwrap() % 50),
+                    &controller,
+                );
+                assert!(buffer.state().has_beginning());
+                let state = buffer.state();
+                assert_eq!(state.copies, state.beginnings.len() * copy);
+                // One copy alone may be larger than the buffer.
+                let most = most_bytes.max(copy + most_bytes / PIECES + 500);
+                assert!(
+                    state.size + state.copies <= most,
+                    "{files}: {}",
+                    state.size + state.copies
+                );
+            }
+            assert!(kept(&buffer) > 0, "{files}");
+        }
+    }
+
+    #[test]
+    fn an_input_with_more_records_than_fit_leaves_those_after_it() {
+        let buffer = TranscriptBuffer::new(Header::default(), 64);
+        let controller = robot(0);
+        for at in 0..200 {
+            buffer.push(record(at, 1));
+            assert!(buffer.state().records.len() <= 64);
+        }
+        assert!(buffer.needs_beginning());
+        buffer.begin(BTreeSet::new(), &controller);
+        settle(&buffer, record(200, 1), &controller);
+        assert_eq!(kept(&buffer), 1);
+        assert!(text(&buffer).contains("# 200 records before this one are no longer kept\n"));
+        settle(&buffer, record(201, MAX_BUFFERED_BYTES), &controller);
+        assert_eq!(kept(&buffer), 0);
+        assert!(text(&buffer).contains("# 202 records before this one are no longer kept\n"));
     }
 }

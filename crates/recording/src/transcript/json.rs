@@ -6,7 +6,8 @@ use super::{
 };
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
-use ts3100_controller::{Action, Time};
+use std::collections::BTreeSet;
+use ts3100_controller::{Action, Port, Time};
 use ts3100_proto::escape::Escaped;
 
 /// Value of `format` in the first line.
@@ -69,6 +70,12 @@ enum Event {
     Restored {
         #[serde(rename = "to_us")]
         at: Time,
+        snapshot: Value,
+    },
+    Begin {
+        #[serde(rename = "to_us")]
+        at: Time,
+        connected: BTreeSet<Port>,
         snapshot: Value,
     },
     Link {
@@ -136,6 +143,20 @@ fn write(line: &impl Serialize, out: &mut Vec<u8>) {
     out.push(b'\n');
 }
 
+/// A snapshot as a value; as its text if it is not JSON.
+fn json_of(snapshot: String) -> Value {
+    serde_json::from_str(&snapshot).unwrap_or(Value::String(snapshot))
+}
+
+/// The text of a snapshot.
+#[allow(clippy::wildcard_enum_match_arm, reason = "an enum of a library")]
+fn text_of(snapshot: Value) -> String {
+    match snapshot {
+        Value::String(words) => words,
+        snapshot => snapshot.to_string(),
+    }
+}
+
 /// Writes a transcript, a line for each record.
 pub(super) struct JsonWriter;
 
@@ -172,8 +193,16 @@ impl Writer for JsonWriter {
             RecordKind::Action(action) => Event::Action { action },
             RecordKind::Link(LinkRecord::Restored { at, snapshot }) => Event::Restored {
                 at,
-                // Not JSON: pass it through.
-                snapshot: serde_json::from_str(&snapshot).unwrap_or(Value::String(snapshot)),
+                snapshot: json_of(snapshot),
+            },
+            RecordKind::Link(LinkRecord::Begin {
+                at,
+                connected,
+                snapshot,
+            }) => Event::Begin {
+                at,
+                connected,
+                snapshot: json_of(snapshot),
             },
             RecordKind::Link(link) => Event::Link { link },
             RecordKind::Remark(remark) => Event::Remark { remark },
@@ -248,10 +277,16 @@ fn read_record(line: &str) -> serde_json::Result<Record> {
         Event::Action { action } => RecordKind::Action(action),
         Event::Restored { at, snapshot } => RecordKind::Link(LinkRecord::Restored {
             at,
-            snapshot: match snapshot {
-                Value::String(words) => words,
-                snapshot => snapshot.to_string(),
-            },
+            snapshot: text_of(snapshot),
+        }),
+        Event::Begin {
+            at,
+            connected,
+            snapshot,
+        } => RecordKind::Link(LinkRecord::Begin {
+            at,
+            connected,
+            snapshot: text_of(snapshot),
         }),
         Event::Link { link } => RecordKind::Link(link),
         Event::Remark { remark } => RecordKind::Remark(remark),

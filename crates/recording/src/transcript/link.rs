@@ -1,9 +1,10 @@
 //! Records of what reaches the controller besides bytes, connections and actions: the state of a serial line, a second
-//! connection, a peer that does not read, a restored snapshot, a reset.
+//! connection, a peer that does not read, a restored snapshot, a reset; and the controller with which a recording begins.
 //!
 //! Also their text form: after `!` in a text transcript, in `link` of a JSON line.
 
 use super::LineError;
+use std::collections::BTreeSet;
 use std::fmt;
 use std::str::FromStr;
 use ts3100_controller::{Bytes, Controller, HostEnd, HostSettings, Input, Port, Time};
@@ -53,6 +54,16 @@ pub enum LinkRecord {
         /// The snapshot as JSON on one line.
         snapshot: String,
     },
+    /// The recording begins here, with this controller as it is: half-received texts, half-sent replies and peers
+    /// included. Times continue from `at`.
+    Begin {
+        /// The time of the snapshot.
+        at: Time,
+        /// Ports with a peer.
+        connected: BTreeSet<Port>,
+        /// The snapshot as JSON on one line.
+        snapshot: String,
+    },
     /// The controller and its time are reset to the start.
     Reset {
         /// The date then, where it is wall-clock time.
@@ -69,9 +80,26 @@ impl LinkRecord {
         }
     }
 
+    /// A record that a recording begins with this controller as it is, and peers at these ports.
+    pub fn from_beginning(controller: &Controller, connected: &BTreeSet<Port>) -> LinkRecord {
+        LinkRecord::Begin {
+            at: controller.now(),
+            connected: connected.clone(),
+            snapshot: snapshot::to_json_line(controller),
+        }
+    }
+
+    /// The snapshot in this record, if it has one.
+    pub fn snapshot(&self) -> Option<&str> {
+        if let LinkRecord::Restored { snapshot, .. } | LinkRecord::Begin { snapshot, .. } = self {
+            return Some(snapshot);
+        }
+        None
+    }
+
     /// The time from which later records continue, if this record changes time.
     pub fn new_time(&self) -> Option<Time> {
-        if let LinkRecord::Restored { at, .. } = self {
+        if let LinkRecord::Restored { at, .. } | LinkRecord::Begin { at, .. } = self {
             return Some(*at);
         }
         matches!(self, LinkRecord::Reset { .. }).then_some(Time::ZERO)
@@ -101,6 +129,7 @@ impl LinkRecord {
             LinkRecord::NotPersisted { .. }
             | LinkRecord::Dropped { .. }
             | LinkRecord::Restored { .. }
+            | LinkRecord::Begin { .. }
             | LinkRecord::Reset { .. } => return None,
         })
     }
@@ -123,6 +152,15 @@ impl fmt::Display for LinkRecord {
             }
             LinkRecord::Dropped { port } => write!(f, "drop {port}"),
             LinkRecord::Restored { at, snapshot } => write!(f, "restore {}us {snapshot}", at.as_micros()),
+            LinkRecord::Begin {
+                at,
+                connected,
+                snapshot,
+            } => {
+                write!(f, "begin {}us", at.as_micros())?;
+                connected.iter().try_for_each(|port| write!(f, " {port}"))?;
+                write!(f, " {snapshot}")
+            }
             LinkRecord::Reset { calendar } => {
                 f.write_str("reset")?;
                 calendar.iter().try_for_each(|calendar| write!(f, " {calendar}"))
@@ -195,11 +233,17 @@ impl FromStr for LinkRecord {
             "unkept" => return Err(LineError::expected("the name of a file", rest)),
             "drop" => LinkRecord::Dropped { port: port(rest)? },
             "restore" => {
-                let micros = first.strip_suffix("us").and_then(|micros| micros.parse().ok());
-                let at = micros.map(Time::from_micros);
-                let at = at.ok_or_else(|| LineError::expected("the time of the snapshot in us", first))?;
-                let snapshot = behind.to_owned();
+                let (at, snapshot) = (parse_moment(first)?, behind.to_owned());
                 LinkRecord::Restored { at, snapshot }
+            }
+            "begin" => {
+                let place = behind.find('{').unwrap_or(behind.len());
+                let (ports, snapshot) = behind.split_at(place);
+                LinkRecord::Begin {
+                    at: parse_moment(first)?,
+                    connected: ports.split_whitespace().map(port).collect::<Result<_, _>>()?,
+                    snapshot: snapshot.to_owned(),
+                }
             }
             "reset" if rest.is_empty() => LinkRecord::Reset { calendar: None },
             "reset" => LinkRecord::Reset {
@@ -208,6 +252,13 @@ impl FromStr for LinkRecord {
             _ => return Err(LineError::NoLink(words.to_owned())),
         })
     }
+}
+
+/// Reads the time of a snapshot, such as `1250us`.
+fn parse_moment(word: &str) -> Result<Time, LineError> {
+    let micros = word.strip_suffix("us").and_then(|micros| micros.parse().ok());
+    let at = micros.map(Time::from_micros);
+    at.ok_or_else(|| LineError::expected("the time of the snapshot in us", word))
 }
 
 fn parse_host_line(words: &str) -> Result<HostEnd, LineError> {
@@ -290,6 +341,16 @@ mod tests {
                 at: Time::from_micros(7),
                 snapshot: "{\"a\": [1]}".to_owned(),
             },
+            LinkRecord::Begin {
+                at: Time::from_micros(7),
+                connected: BTreeSet::new(),
+                snapshot: "{\"a\": [1]}".to_owned(),
+            },
+            LinkRecord::Begin {
+                at: Time::ZERO,
+                connected: [Port::Host, Port::Ip3].into(),
+                snapshot: "{\"a b\": {}}".to_owned(),
+            },
             LinkRecord::Reset { calendar: None },
             LinkRecord::Reset {
                 calendar: Some(CalendarTime {
@@ -329,6 +390,9 @@ mod tests {
             "drop IP0 now",
             "restore",
             "restore 5ms {}",
+            "begin",
+            "begin IP0 {}",
+            "begin 5us IP9 {}",
             "reset now",
         ] {
             assert!(words.parse::<LinkRecord>().is_err(), "{words}");

@@ -122,6 +122,9 @@ impl Writer for CaptureWriter {
             RecordKind::Link(LinkRecord::Restored { at: moment, .. }) => {
                 (format!("restore {}us", moment.as_micros()), Side::Host)
             }
+            RecordKind::Link(LinkRecord::Begin { at: moment, .. }) => {
+                (format!("begin {}us", moment.as_micros()), Side::Host)
+            }
             RecordKind::Link(link) => (link.to_string(), Side::Host),
             RecordKind::Remark(words) => (format!("# {words}"), Side::Robot),
         };

@@ -152,6 +152,16 @@ impl TranscriptSink {
         }
     }
 
+    /// Lets the records in memory from here on begin with this controller, if they need one: the oldest are discarded up to
+    /// such a beginning.
+    fn begin_piece(&mut self, controller: &Controller) {
+        if let Some(buffer) = &self.buffer
+            && buffer.needs_beginning()
+        {
+            buffer.begin(self.observer.connected.clone(), controller);
+        }
+    }
+
     /// Handles a reset to the initial state: files continue, the records in memory begin again. `calendar` is the new
     /// date if it follows wall-clock time.
     fn reset(&mut self, at: Time, controller: &Controller, calendar: Option<CalendarTime>) {
@@ -206,6 +216,10 @@ impl Subscriber for TranscriptSink {
             },
         };
         self.record(at, |_| Some(RecordKind::Link(link)));
+    }
+
+    fn all_settled(&mut self, controller: &Controller) {
+        self.begin_piece(controller);
     }
 
     fn flush(&mut self) {

@@ -19,7 +19,7 @@
 //! ! servo on                       something is done at the controller
 //! ! disconnect IP0                 the host leaves; `! disconnect IP0 reset`: by a reset
 //! ! closed IP0                     the controller ends the connection; also `reset`, `refused`
-//! ! line HOST speed=9600           an event of the link; `restore` and `reset` also set the time
+//! ! line HOST speed=9600           an event of the link; `restore`, `begin` and `reset` also set the time
 //! # remark
 //! ```
 
