@@ -142,7 +142,11 @@ fn states() -> Vec<Event> {
             status: ExecutionStatus::Retry,
             line: 12,
         },
-        Event::Statement { line: 12, task: 1 },
+        Event::Statement {
+            line: 12,
+            task: 1,
+            seen: None,
+        },
         Event::Servo(true),
         Event::Servo(false),
         Event::ServoDelayed(Time::from_micros(2_500_000)),

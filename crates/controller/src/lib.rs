@@ -76,6 +76,7 @@ pub mod statement_coverage;
 mod text_form;
 pub mod time;
 pub mod variation;
+pub mod watched;
 
 pub use action::{Accepted, Action, ActionError, ActionErrorKind, IoKind};
 pub use action_text::{ActionParseError, action_forms};
@@ -102,3 +103,4 @@ pub use snapshot_error::SnapshotError;
 pub use statement_coverage::StatementCoverage;
 pub use time::Time;
 pub use ts3100_proto::command::RunMode;
+pub use watched::Watched;

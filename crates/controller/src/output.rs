@@ -169,6 +169,9 @@ pub enum Event {
         line: u32,
         /// ID of its task: 1 the main program, 0 the statement of DO.
         task: u16,
+        /// The value before it of what is watched ([`Controller::watch`](crate::Controller::watch)).
+        #[serde(skip_serializing_if = "Option::is_none")]
+        seen: Option<String>,
     },
     /// Servo power.
     Servo(#[serde(serialize_with = "event_form::servo")] bool),

@@ -1,6 +1,7 @@
 //! Queue of outputs until the owner of the controller takes them; all parts put their events here.
 
 use crate::output::{Event, Output};
+use crate::watched::Watched;
 use alloc::collections::VecDeque;
 
 /// The outputs that were not taken yet.
@@ -9,6 +10,8 @@ pub(crate) struct Outputs {
     queue: VecDeque<Output>,
     /// Every statement of the program is told as an event.
     traced: bool,
+    /// Read before each of them.
+    watched: Option<Watched>,
 }
 
 impl Outputs {
@@ -31,6 +34,15 @@ impl Outputs {
 
     pub(crate) fn is_traced(&self) -> bool {
         self.traced
+    }
+
+    /// From now on this is read before every statement that is told.
+    pub(crate) fn watch(&mut self, watched: Option<Watched>) {
+        self.watched = watched;
+    }
+
+    pub(crate) fn watched(&self) -> Option<&Watched> {
+        self.watched.as_ref()
     }
 
     /// How many are waiting: what comes after them is told apart by it.

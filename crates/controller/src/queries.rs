@@ -13,7 +13,7 @@ use crate::faults::effects::FaultEffects;
 use crate::io::line_names::HANDS;
 use crate::io::signals::Signals;
 use crate::network::NetworkConfig;
-use crate::ops::variables::numbers;
+use crate::ops::variables::listed;
 use crate::options::Config;
 use crate::panel::PanelState;
 use crate::port::Port;
@@ -271,12 +271,7 @@ impl Controller {
 
     /// In the order of MR; a configuration has its digits and no decimal point.
     fn listed(&self, value: &Value) -> Vec<Number> {
-        let arm = self.robot.arm.kind();
-        let mut numbers = numbers(value, arm);
-        if let (Value::Position(position), Some(last)) = (value, numbers.last_mut()) {
-            *last = Number::Integer(i32::try_from(position.config.number_on(arm)).unwrap_or_default());
-        }
-        numbers
+        listed(value, self.robot.arm.kind())
     }
 
     /// From now on every statement of the program is told by

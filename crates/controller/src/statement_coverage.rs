@@ -38,7 +38,7 @@ impl StatementCoverage {
             self.note_stored(name, content);
         } else if let Output::Event(Event::Selected(name)) = output {
             self.selected = name.as_deref().and_then(|name| self.latest(name));
-        } else if let Output::Event(Event::Statement { line, task: 1.. }) = output
+        } else if let Output::Event(Event::Statement { line, task: 1.., .. }) = output
             && let Some(version) = self.selected.and_then(|index| self.versions.get_mut(index))
         {
             let count = version.lines.entry(*line).or_default();
@@ -107,7 +107,8 @@ mod tests {
     }
 
     fn statement(line: u32, task: u16) -> Output {
-        Output::Event(Event::Statement { line, task })
+        let seen = None;
+        Output::Event(Event::Statement { line, task, seen })
     }
 
     #[test]

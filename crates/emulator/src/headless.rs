@@ -256,7 +256,7 @@ impl Effects for Outcome<'_> {
         match output {
             Output::Send { port, bytes } if CHANNELS.contains(&port) => printed(port.name(), &bytes),
             Output::Pendant(text) => printed(PENDANT, text.as_bytes()),
-            Output::Event(Event::Statement { line, task }) if self.trace => {
+            Output::Event(Event::Statement { line, task, .. }) if self.trace => {
                 (self.listen)(at, RunEvent::Statement { line, task });
             }
             Output::Event(Event::Alarm { number, text }) => self.alarm = Some((number, text)),

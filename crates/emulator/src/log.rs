@@ -353,7 +353,7 @@ fn log_event(t: Time, event: &Event) {
             let status = status.as_str();
             info!(event = "status", %t, status, line, "status: {status}, line {line}");
         }
-        Event::Statement { line, task } => {
+        Event::Statement { line, task, .. } => {
             debug!(event = "statement", %t, line, task, "task {task}: line {line}");
         }
         Event::Servo(on) => {

@@ -7,7 +7,7 @@ use std::collections::{BTreeMap, BTreeSet, VecDeque};
 use ts3100_controller::findings::Finding;
 use ts3100_controller::output::DisconnectMode;
 use ts3100_controller::{
-    Action, Bytes, Controller, Event, Input, Output, PanelAction, PersistError, Port, Time,
+    Action, Bytes, Controller, Event, Input, Output, PanelAction, PersistError, Port, Time, Watched,
 };
 use ts3100_driver::seat::{Effects, Notice, Seat, Side, Subscriber};
 use ts3100_driver::snapshot;
@@ -126,6 +126,15 @@ impl Player {
     /// Adds a subscriber; a copy of the player has none.
     pub(crate) fn subscribe(&mut self, subscriber: Box<dyn Subscriber>) {
         self.seat.subscribe(subscriber);
+    }
+
+    /// Tells every statement from now on, with the value of what is watched.
+    pub(crate) fn watch(&mut self, watched: Option<&Watched>) {
+        self.seat.await_statements(true);
+        for controller in [&mut self.seat.controller, &mut self.initial_controller] {
+            controller.trace(true);
+            controller.watch(watched.cloned());
+        }
     }
 
     /// Keeps the bytes that are sent from now on, until they are taken.

@@ -10,7 +10,7 @@ use crate::player::{Candidate, Player, Sent};
 use crate::transcript::{PeerId, RecordKind, Recording};
 use std::fmt;
 use std::sync::Arc;
-use ts3100_controller::{Bytes, Controller, Time};
+use ts3100_controller::{Bytes, Controller, Time, Watched};
 use ts3100_driver::seat::Subscriber;
 use ts3100_proto::escape::Escaped;
 
@@ -55,6 +55,11 @@ impl Playback {
     /// Adds a subscriber, which sees everything from now on.
     pub fn subscribe(&mut self, subscriber: Box<dyn Subscriber>) {
         self.player.subscribe(subscriber);
+    }
+
+    /// Tells the subscribers every statement from now on, with the value of what is watched.
+    pub fn watch(&mut self, watched: Option<&Watched>) {
+        self.player.watch(watched);
     }
 
     /// The controller as it is now.

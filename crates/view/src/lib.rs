@@ -13,3 +13,4 @@ pub mod key;
 pub mod lanes;
 pub mod run;
 pub mod serve;
+pub mod why;

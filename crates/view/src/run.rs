@@ -4,6 +4,7 @@
 
 use crate::key::{KeyError, MomentKey};
 use crate::lanes::{Lanes, Place};
+use crate::why::{Answer, Answers, Question};
 use serde::Serialize;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use tokio::sync::{Semaphore, watch};
@@ -32,6 +33,7 @@ pub struct Run {
     epochs: Vec<Epoch>,
     opened: Mutex<Opened>,
     progress: watch::Sender<usize>,
+    answers: Answers,
 }
 
 /// What opening has found so far.
@@ -109,6 +111,7 @@ impl Run {
                 most_steps: 0,
             }),
             progress: watch::Sender::new(0),
+            answers: Answers::default(),
         });
         let opening = Opening {
             run: Arc::clone(&run),
@@ -156,6 +159,16 @@ impl Run {
     /// Where the recording does not come out again as it was.
     pub fn departure(&self) -> Option<Departure> {
         self.opened().departure.clone()
+    }
+
+    /// Whether all of it has been played.
+    pub fn is_complete(&self) -> bool {
+        self.opened().complete
+    }
+
+    /// The answer to a question about the whole run; it takes as long as playing all of it.
+    pub fn ask(&self, question: &Question) -> Arc<Answer> {
+        self.answers.get(self, question)
     }
 
     /// What there is to say about the run as a whole.
@@ -272,6 +285,22 @@ impl Run {
         opened.most_steps = opened.most_steps.max(steps);
         let last = self.last_event(&opened, playback.moment());
         Some((playback, last))
+    }
+
+    /// The run at its start.
+    pub(crate) fn start(&self) -> Option<Playback> {
+        let (records, at) = (0, Time::ZERO);
+        self.opened().keyframes.near(Moment { records, at })
+    }
+
+    pub(crate) fn recording(&self) -> &Recording {
+        &self.recording
+    }
+
+    /// The number of the last event that had happened at each of these moments.
+    pub(crate) fn events_at(&self, moments: impl Iterator<Item = Moment>) -> Vec<u64> {
+        let opened = self.opened();
+        moments.map(|moment| self.last_event(&opened, moment)).collect()
     }
 
     /// The number of the last event that had happened at a moment.

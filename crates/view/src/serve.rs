@@ -5,21 +5,31 @@
 //! | `/trace` | What there is to say about the run; see [`RunInfo`](crate::run::RunInfo) |
 //! | `/trace/lanes` | The lanes of the timeline |
 //! | `/trace/events?since=N&count=M` | Events by number |
+//! | `/trace/changes?of=N&until=KEY` | Changes of a value with their causes |
+//! | `/trace/hits?line=7&file=PICK&value=N&until=KEY` | Executions of a line |
 //! | `/moments/KEY/...` | The control interface at a moment; see [`MomentKey`](crate::key::MomentKey) |
 
+use crate::key::MomentKey;
 use crate::run::Run;
+use crate::why::{Found, Question};
 use axum::extract::{Query, State};
+use axum::http::StatusCode;
 use axum::response::{IntoResponse, Response};
 use axum::routing::get;
 use axum::{Json, Router};
 use serde::{Deserialize, Serialize};
+use serde_json::json;
 use std::sync::Arc;
+use tokio::task::spawn_blocking;
 use ts3100_control::event::NumberedEvent;
 use ts3100_control::recorded::{Moments, NoMoment};
 use ts3100_control::{DriverHandle, Server};
+use ts3100_controller::watched::WatchedError;
 
 /// Most events of one answer.
 pub const MAX_BATCH: usize = 5_000;
+/// Most changes of one answer before a moment.
+const MAX_BEFORE: usize = 200;
 
 impl Moments for Run {
     fn find(&self, key: Option<&str>) -> Result<DriverHandle, NoMoment> {
@@ -39,6 +49,8 @@ pub fn serve(run: &Arc<Run>, server: Server) {
             get(async |State(run): State<Arc<Run>>| Json(run.lanes())),
         )
         .route("/trace/events", get(get_events))
+        .route("/trace/changes", get(get_changes))
+        .route("/trace/hits", get(get_hits))
         .with_state(Arc::clone(run));
     server.serve_recorded(Arc::clone(run) as Arc<dyn Moments>, own);
 }
@@ -63,4 +75,92 @@ async fn get_events(State(run): State<Arc<Run>>, Query(selection): Query<Selecti
     let batch = run.journal().events_from(selection.since, count);
     let (events, next) = (batch.events, batch.next);
     Json(Batch { events, next }).into_response()
+}
+
+/// A question about the whole run, and the moment up to which its answer is of interest.
+#[derive(Debug, Clone, Deserialize)]
+struct Asked {
+    of: Option<String>,
+    line: Option<u32>,
+    #[serde(default)]
+    file: String,
+    value: Option<String>,
+    until: Option<String>,
+}
+
+/// What was found: the last until a moment and the next after it, or the first of all.
+#[derive(Default)]
+struct Extract {
+    found: Vec<Found>,
+    next: Option<Found>,
+    /// How many there are in all.
+    count: u64,
+}
+
+async fn get_changes(State(run): State<Arc<Run>>, Query(asked): Query<Asked>) -> Response {
+    let of = asked.of.as_deref().unwrap_or_default();
+    let of = of.strip_prefix("variable:").unwrap_or(of);
+    match of.parse() {
+        Ok(watched) => answer(run, Question::Changes(watched), asked.until).await,
+        Err(error) => refusal(&format!("of: {error}")),
+    }
+}
+
+async fn get_hits(State(run): State<Arc<Run>>, Query(asked): Query<Asked>) -> Response {
+    let Some(line) = asked.line else {
+        return refusal("line: expected the number of a line");
+    };
+    let value = match asked.value.as_deref().map(str::parse).transpose() {
+        Ok(value) => value,
+        Err(error) => return refusal(&format!("value: {}", WatchedError::to_string(&error))),
+    };
+    let file = asked.file;
+    answer(run, Question::Hits { file, line, value }, asked.until).await
+}
+
+fn refusal(told: &str) -> Response {
+    (StatusCode::BAD_REQUEST, Json(json!({ "error": told }))).into_response()
+}
+
+async fn answer(run: Arc<Run>, question: Question, until: Option<String>) -> Response {
+    let until = match until.as_deref().map(str::parse::<MomentKey>).transpose() {
+        Ok(until) => until,
+        Err(error) => return refusal(&format!("until: {error}")),
+    };
+    let key = match question {
+        Question::Changes(_) => "changes",
+        Question::Hits { .. } => "hits",
+    };
+    let asked = spawn_blocking(move || {
+        let answer = run.ask(&question);
+        let all = &answer.found;
+        let count = all.len() as u64 + answer.more;
+        let Some(moment) = until.and_then(|until| run.moment(until).ok()) else {
+            let found = all.iter().take(MAX_BATCH).cloned().collect();
+            return Extract {
+                found,
+                next: None,
+                count,
+            };
+        };
+        let event = run
+            .events_at(std::iter::once(moment))
+            .first()
+            .copied()
+            .unwrap_or_default();
+        let after =
+            all.partition_point(|found| found.event < event || found.event == event && found.at <= moment.at);
+        let before = all
+            .get(after.saturating_sub(MAX_BEFORE)..after)
+            .unwrap_or_default();
+        let (found, next) = (before.to_vec(), all.get(after).cloned());
+        Extract { found, next, count }
+    });
+    match asked.await {
+        Ok(Extract { found, next, count }) => {
+            let more = count - found.len() as u64;
+            Json(json!({ key: found, "next": next, "more": more })).into_response()
+        }
+        Err(_) => refusal("the question was given up"),
+    }
 }

@@ -92,6 +92,8 @@ impl Controller {
             .context
             .outputs
             .trace(before.robot.context.outputs.is_traced());
+        let watched = before.robot.context.outputs.watched().cloned();
+        self.watch(watched);
         for port in Port::ALL {
             let line = before.endpoints.lines.get(&port);
             let departed = line.and_then(|line| line.departed_peer.as_ref());

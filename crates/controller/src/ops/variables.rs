@@ -150,6 +150,15 @@ pub(crate) fn numbers(value: &Value, arm: Arm) -> Vec<Number> {
     }
 }
 
+/// As [`numbers`]; a configuration has its digits and no decimal point.
+pub(crate) fn listed(value: &Value, arm: Arm) -> Vec<Number> {
+    let mut numbers = numbers(value, arm);
+    if let (Value::Position(position), Some(last)) = (value, numbers.last_mut()) {
+        *last = Number::Integer(i32::try_from(position.config.number_on(arm)).unwrap_or_default());
+    }
+    numbers
+}
+
 /// Whether each is a number that a real of the controller can hold.
 pub(super) fn in_range(numbers: &[f64]) -> bool {
     let largest = f64::from(f32::MAX);

@@ -287,7 +287,12 @@ impl Robot {
         }
         if self.context.outputs.is_traced() && task.begins_statement() {
             let (line, task) = (task.line(), task.id());
-            self.context.outputs.event(Event::Statement { line, task });
+            let seen = self
+                .context
+                .outputs
+                .watched()
+                .map(|watched| self.read_watched(watched));
+            self.context.outputs.event(Event::Statement { line, task, seen });
         }
         let (inputs, memory) = self.inputs_and_memory(task.sees(self.context.now));
         match task.run(memory, &inputs, single) {
