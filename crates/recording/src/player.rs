@@ -252,7 +252,7 @@ impl Player {
                 self.seat.notify(now, Notice::Reset { controller, calendar });
                 self.lines.current_peers.clear();
                 self.waiting_peers.clear();
-                self.seat.controller = next;
+                self.seat.replace(next);
                 self.lines.now = Time::ZERO;
             }
             LinkRecord::Settings { .. }
@@ -278,6 +278,7 @@ impl Player {
     /// Continues with a controller that knows its peers, in the middle of whatever they say to each other.
     fn begin(&mut self, mut next: Controller, connected: &BTreeSet<Port>) {
         next.persist_outside(true);
+        self.seat.notify(self.lines.now, Notice::Restored(&next));
         self.waiting_peers.clear();
         let lines = connected.iter().map(|port| PeerId::first(*port));
         self.lines.current_peers = lines.map(|line| (line.port, line)).collect();

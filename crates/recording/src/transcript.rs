@@ -21,6 +21,7 @@ pub use ts3100_driver::seat::Side;
 
 use core::fmt;
 use serde::{Deserialize, Serialize};
+use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 use std::str::FromStr;
 use std::time::Duration;
@@ -32,6 +33,10 @@ use ts3100_proto::words::{Word as _, plain_message};
 
 /// Largest transcript that is read, in bytes.
 pub const MAX_TRANSCRIPT: u64 = 256 * 1024 * 1024;
+/// Origins of what the emulator and the tap record begin with this.
+const RECORDED: &str = "observed, ts3100 ";
+/// Begins the reasons of [`Recording::has_beginning`].
+const MIDDLE: &str = "cannot use a recording that begins in the middle of a run";
 /// Most peers of one port with numbers of their own.
 pub const MAX_PEERS: u16 = 999;
 
@@ -201,6 +206,15 @@ pub enum LineError {
     Format(&'static str, u64),
     #[error("expected a time of {1} or later, found {0}")]
     TimeGoesBack(Time, Time),
+    #[error(
+        "{MIDDLE}: the records before this line are gone, and no line has the controller as it was then; record the run \
+             again with --transcript, which keeps every record"
+    )]
+    RecordsGone,
+    #[error(
+        "{MIDDLE}: {0} is in use here, and no line before says that it was connected; use the whole recording"
+    )]
+    NeverConnected(PeerId),
     #[error(transparent)]
     Bytes(#[from] EscapeError),
     #[error(transparent)]
@@ -325,6 +339,47 @@ impl Recording {
             line,
             reason,
         })
+    }
+
+    /// Checks that the recording begins where its run began, or with a controller as it was ([`LinkRecord::Begin`]): otherwise
+    /// a replay of it is about another state, and nearly every answer differs. `path` is named in the error.
+    ///
+    /// A transcript that a person or a foreign program has written may leave out connections.
+    ///
+    /// # Errors
+    /// [`ReadError::Content`] with the first line that tells.
+    pub fn has_beginning(&self, path: &Path) -> Result<(), ReadError> {
+        let wrong = |line, reason| {
+            let path = path.to_path_buf();
+            Err(ReadError::Content { path, line, reason })
+        };
+        let is_recorded = self.header.origin.starts_with(RECORDED);
+        let mut connected = BTreeSet::new();
+        let mut gone = None;
+        for (record, &line) in self.records.iter().zip(&self.lines) {
+            match &record.kind {
+                RecordKind::Link(LinkRecord::Begin { connected: ports, .. }) => {
+                    connected.extend(ports.iter().copied().map(PeerId::first));
+                    gone = None;
+                }
+                RecordKind::Remark(words) if buffer::is_gone(words) => gone = Some(line),
+                RecordKind::Connected { line, .. } => {
+                    connected.insert(*line);
+                }
+                RecordKind::FromHost { line: peer, .. } | RecordKind::FromRobot { line: peer, .. }
+                    if is_recorded && gone.is_none() && !connected.contains(peer) =>
+                {
+                    return wrong(line, LineError::NeverConnected(*peer));
+                }
+                RecordKind::FromHost { .. }
+                | RecordKind::FromRobot { .. }
+                | RecordKind::Ended { .. }
+                | RecordKind::Action(_)
+                | RecordKind::Link(_)
+                | RecordKind::Remark(_) => {}
+            }
+        }
+        gone.map_or(Ok(()), |line| wrong(line, LineError::RecordsGone))
     }
 
     /// Checks that every snapshot in the recording can be restored; otherwise returns the line and the reason.

@@ -269,10 +269,16 @@ fn what_diff_and_tap_cannot_use_is_said() {
     let broken = directory.file("a.txt", "origin: observed\n> IP9 SO\n");
     let flags = directory.file("b.txt", "origin: observed\nflag: listen=0.0.0.0\n");
     let fine = directory.file("c.txt", "origin: observed\n");
+    let gone = "origin: observed\n# 5 records before this one are no longer kept\n> IP0 SU<CR>\n";
+    let gone = directory.file("d.txt", gone);
+    let middle = "d.txt:2: cannot use a recording that begins in the middle of a run";
     for (words, expected) in [
         (vec!["diff", "nowhere.txt"], "cannot read nowhere.txt"),
         (vec!["diff", &broken], "a.txt:2: expected a port"),
         (vec!["diff", &flags], "a flag of the recording"),
+        (vec!["diff", &gone], middle),
+        (vec!["survey", "infer", &gone], middle),
+        (vec!["view", &gone], middle),
         (
             vec!["diff", &fine, "--ignore", "everything"],
             "expected clock, versions",

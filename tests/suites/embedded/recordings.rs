@@ -184,6 +184,7 @@ fn restored_and_reset(directory: &TempDir) -> [String; 2] {
 
 /// A recording beside a new controller with its files, program and calendar.
 fn compared(recording: &Recording, tolerance: &Tolerance) -> ts3100_emulator::diff::Report {
+    recording.has_beginning("the recording".as_ref()).unwrap();
     let mut settings = Settings::new(Config::new(Dialect::Field));
     settings.contents.clone_from(&recording.header.files);
     settings.files.select.clone_from(&recording.header.select);

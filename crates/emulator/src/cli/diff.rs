@@ -60,6 +60,7 @@ pub(super) fn run(args: &DiffArgs) -> anyhow::Result<u8> {
         return Err(anyhow!("--value-tolerance: expected a number of at least 0"));
     }
     let recording = Recording::read(&args.recording)?;
+    recording.has_beginning(&args.recording)?;
     let settings = settings(&args.robot, &recording.header)?;
     let tolerance = Tolerance {
         time: args.time_tolerance,

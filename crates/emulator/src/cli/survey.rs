@@ -404,6 +404,7 @@ fn compare(first: &Path, second: &Path) -> anyhow::Result<u8> {
 
 fn infer(path: &Path, out: Option<&Path>) -> anyhow::Result<u8> {
     let recording = Recording::read(path)?;
+    recording.has_beginning(path)?;
     let mut observation = Observation::default();
     for line in protocol_lines(&recording) {
         let mut passive = Passive::new(&mut observation);

@@ -40,6 +40,7 @@ pub(super) struct ViewArgs {
 /// Shows the run until a signal.
 pub(super) fn run(args: &ViewArgs) -> anyhow::Result<u8> {
     let recording = Recording::read(&args.recording)?;
+    recording.has_beginning(&args.recording)?;
     let settings = settings(&args.robot, &recording.header)?;
     let name = args.recording.display().to_string();
     let (run, opening) = Run::open(&name, recording, loading::candidate(&settings)?);

@@ -18,6 +18,8 @@ pub const MAX_BUFFERED_RECORDS: usize = 16_384;
 /// Most bytes in the buffer; the oldest records are discarded.
 pub const MAX_BUFFERED_BYTES: usize = 8 * 1024 * 1024;
 
+/// Ends the remark that says how many records were discarded.
+const GONE: &str = " records before this one are no longer kept";
 /// Estimated size of a record without its bytes.
 const RECORD_OVERHEAD: usize = 64;
 /// Estimated size of a controller without its files.
@@ -25,6 +27,12 @@ const CONTROLLER_OVERHEAD: usize = 16 * 1024;
 /// Pieces of a full buffer, each with a copy of the controller. More pieces discard fewer records at once, and cost more
 /// copies.
 const PIECES: usize = 8;
+
+/// Whether a remark says that records before it were discarded.
+pub(super) fn is_gone(remark: &str) -> bool {
+    let count = remark.strip_suffix(GONE);
+    count.is_some_and(|count| count.parse::<u64>().is_ok())
+}
 
 /// One record of the buffer.
 #[derive(Debug)]
@@ -275,10 +283,7 @@ impl TranscriptBuffer {
         let pages = self.state();
         let missing = (pages.discarded > 0).then(|| Record {
             at: Time::ZERO,
-            kind: RecordKind::Remark(format!(
-                "{} records before this one are no longer kept",
-                pages.discarded
-            )),
+            kind: RecordKind::Remark(format!("{}{GONE}", pages.discarded)),
         });
         let first = pages.beginnings.front();
         let first = first.filter(|_| pages.discarded > 0 && pages.has_beginning());

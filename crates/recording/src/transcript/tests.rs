@@ -363,6 +363,62 @@ fn a_snapshot_that_cannot_be_restored_is_named_with_its_line() {
     );
 }
 
+#[test]
+fn a_recording_that_begins_in_the_middle_is_told_by_its_line() {
+    let gone = "# 12 records before this one are no longer kept\n";
+    let begin = "! begin 5us IP1 {}\n";
+    for (origin, lines, expected) in [
+        ("written by hand", "> IP0 SU<CR>\n", Ok(())),
+        (
+            "observed",
+            &*format!("# 12 records\n{begin}> IP0 SU<CR>\n"),
+            Ok(()),
+        ),
+        (
+            "observed",
+            &format!("{gone}> IP0 SU<CR>\n"),
+            Err("a.txt:2: cannot use a recording that begins in the middle of a run: the"),
+        ),
+        ("observed, ts3100 serve 0.1.0", gone, Err("a.txt:2: ")),
+        (
+            "observed, ts3100 serve 0.1.0",
+            &format!("{gone}{begin}< IP1 A<CR>\n"),
+            Ok(()),
+        ),
+        (
+            "observed, ts3100 serve 0.1.0",
+            &format!("{begin}> IP0 SU<CR>\n"),
+            Err("a.txt:3: cannot use a recording that begins in the middle of a run: IP0"),
+        ),
+        (
+            "observed, ts3100 serve 0.1.0",
+            "! servo on\n< IP0 SP<CR>\n",
+            Err("a.txt:3: "),
+        ),
+        (
+            "observed, ts3100 serve 0.1.0",
+            "! connect IP0\n! disconnect IP0\n< IP0 SP<CR>\n",
+            Ok(()),
+        ),
+        (
+            "observed, ts3100 tap 0.1.0 in front of a",
+            "! connect IP0\n> IP0#2 SU<CR>\n",
+            Err("a.txt:3: "),
+        ),
+    ] {
+        let recording = text::read(&format!("origin: {origin}\n{lines}")).unwrap();
+        let json = json::read(&as_json(&recording.header, &recording.records)).unwrap();
+        let path = Path::new("a.txt");
+        let found = recording.has_beginning(path).map_err(|error| error.to_string());
+        match (&found, expected) {
+            (Ok(()), Ok(())) => {}
+            (Err(error), Err(expected)) if error.starts_with(expected) => {}
+            _ => panic!("{lines}: {found:?}"),
+        }
+        assert_eq!(json.has_beginning(path).is_ok(), found.is_ok(), "{lines}");
+    }
+}
+
 /// The transcript of every event.
 fn of_every_event() -> String {
     let mut sink = TranscriptSink::create(sample_header(), &[], Some(MAX_BUFFERED_RECORDS), None).unwrap();

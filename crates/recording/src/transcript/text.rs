@@ -23,6 +23,7 @@
 //! # remark
 //! ```
 
+use super::buffer::is_gone;
 use super::{EndReason, Header, LineError, PeerId, Record, RecordKind, Recording, Side, Writer};
 use std::time::Duration;
 use ts3100_controller::Time;
@@ -155,6 +156,10 @@ pub fn read(text: &str) -> Result<Recording, (usize, LineError)> {
 fn read_line(header: &mut Header, now: &mut Time, line: &str) -> Result<Option<RecordKind>, LineError> {
     if let Some(content) = line.strip_prefix('|') {
         return parse_file_line(header, content).map(|()| None);
+    }
+    // Other remarks are for people.
+    if let Some(words) = line.strip_prefix("# ").filter(|words| is_gone(words)) {
+        return Ok(Some(RecordKind::Remark(words.to_owned())));
     }
     if line.trim().is_empty() || line.starts_with('#') {
         return Ok(None);
