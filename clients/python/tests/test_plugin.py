@@ -368,6 +368,9 @@ def test_the_last_exchange() -> None:
     assert last_exchange("> IP0 SO<CR>\n< IP0 OK<CR>\n> IP0 SU<CR>\n< IP0 FL,X<EOF>\n@+50ms\n> IP0 OK<CR>\n") == (
         "> IP0 SU<CR>\n< IP0 FL,X<EOF>\n@+50ms\n> IP0 OK<CR>")
     assert last_exchange("file DEMO\n| END\n") == ""
+    snapshot = json.dumps({"state": ["x"] * 1000})
+    assert last_exchange(f"! begin 5us IP0 {snapshot}\n> IP0 SU<CR>\n! restore 40us {snapshot}\n< IP0 SP<CR>\n") == (
+        "> IP0 SU<CR>\n! restore 40us ...\n< IP0 SP<CR>")
 
 
 def test_python_m() -> None:

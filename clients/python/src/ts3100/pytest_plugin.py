@@ -339,4 +339,5 @@ def last_exchange(transcript: str) -> str:
     # The OK of the host to an FL text belongs to the command before it.
     while len(texts) > 1 and re.fullmatch(r">:? \S+ OK<CR>(<ETX>)?", lines[texts[-1]]):
         texts.pop()
-    return "\n".join(lines[texts[-1]:]) if texts else ""
+    # A whole snapshot would leave no room for anything else.
+    return "\n".join(re.sub(r"^(! restore \S+ ).*", r"\1...", line) for line in lines[texts[-1]:]) if texts else ""
