@@ -173,6 +173,17 @@ pub struct Recording {
     pub lines: Vec<usize>,
 }
 
+/// A part of a recording in which time only advances. A restored snapshot or a reset begins the next one.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Epoch<'a> {
+    /// The time at which it begins.
+    pub begins_at: Time,
+    /// Place of its first record in the recording.
+    pub first: usize,
+    /// If another epoch follows, the last of them changes time.
+    pub records: &'a [Record],
+}
+
 /// A fault in a line of a transcript.
 #[derive(Debug, thiserror::Error)]
 pub enum LineError {
@@ -338,6 +349,24 @@ impl Recording {
             path: path.to_path_buf(),
             line,
             reason,
+        })
+    }
+
+    /// The epochs of the recording, in order.
+    pub fn epochs(&self) -> impl Iterator<Item = Epoch<'_>> {
+        let parts = self
+            .records
+            .split_inclusive(|record| record.kind.new_time().is_some());
+        parts.scan((Time::ZERO, 0), |(begins_at, first), records| {
+            let epoch = Epoch {
+                begins_at: *begins_at,
+                first: *first,
+                records,
+            };
+            let last = records.last();
+            *begins_at = last.and_then(|record| record.kind.new_time()).unwrap_or_default();
+            *first += records.len();
+            Some(epoch)
         })
     }
 

@@ -4,7 +4,38 @@ use super::support::{Serve, expect_code, kill, run, stderr, stdout, ts3100};
 use serde_json::Value;
 use std::io::{BufRead as _, BufReader, Read as _, Write as _};
 use std::process::Stdio;
+use ts3100_controller::{Config, Controller, Dialect};
+use ts3100_driver::snapshot::to_json_line;
 use ts3100_tests::testing::TempDir;
+
+/// A host that pauses long enough is not early because a restored snapshot has moved time back.
+#[test]
+fn a_recording_in_which_time_begins_again_proves_nothing_about_pauses() {
+    let directory = TempDir::new("survey");
+    let mut robot = Controller::new(Config::new(Dialect::Field), Vec::new()).unwrap();
+    while robot.poll_output().is_some() {}
+    let restored = to_json_line(&robot);
+    let exchange = "> IP0 SO<CR>\n< IP0 OK<CR>\n";
+    let text = |between: &str| {
+        format!("origin: observed, by hand\n! connect IP0\n@+5s\n{exchange}{between}\n@+100ms\n{exchange}")
+    };
+    for (between, is_early) in [
+        ("", false),
+        (&*format!("! restore 40us {restored}"), false),
+        (&*format!("! begin 40us IP0 {restored}"), false),
+        ("! reset\n! connect IP0", false),
+        ("@+10ms\n> IP0 SO<CR>\n< IP0 OK<CR>", true),
+    ] {
+        let path = directory.file("day.txt", text(between));
+        let output = run(&["survey", "infer", &path]);
+        expect_code(&output, 0);
+        let said = stdout(&output);
+        let pause = said
+            .lines()
+            .any(|line| line.split_whitespace().nth(1) == Some("pause"));
+        assert_eq!(pause, is_early, "{between}: {said}");
+    }
+}
 
 #[test]
 fn a_survey_is_a_file_that_another_emulator_takes() {

@@ -24,7 +24,7 @@ use ts3100_driver::files;
 use ts3100_proto::parameter::SerialSettings;
 use ts3100_proto::words::{UnexpectedWord, Word};
 use ts3100_recording::reports::junit;
-use ts3100_recording::transcript::{PeerId, RecordKind, Recording};
+use ts3100_recording::transcript::{PeerId, Record, RecordKind, Recording};
 use ts3100_survey::ledger::{self, EvidenceLevel};
 use ts3100_survey::passive::{Observation, Passive};
 use ts3100_survey::{
@@ -408,20 +408,13 @@ fn infer(path: &Path, out: Option<&Path>) -> anyhow::Result<u8> {
     let mut observation = Observation::default();
     for line in protocol_lines(&recording) {
         let mut passive = Passive::new(&mut observation);
-        for record in &recording.records {
-            let at = Duration::from_micros(record.at.as_micros());
-            match &record.kind {
-                RecordKind::FromHost { line: from, bytes } if *from == line => passive.host(at, bytes),
-                RecordKind::FromRobot { line: to, bytes } if *to == line => passive.robot(at, bytes),
-                RecordKind::Connected { line: of, .. } if *of == line => passive.reconnected(),
-                RecordKind::Connected { .. }
-                | RecordKind::FromHost { .. }
-                | RecordKind::FromRobot { .. }
-                | RecordKind::Ended { .. }
-                | RecordKind::Action(_)
-                | RecordKind::Link(_)
-                | RecordKind::Remark(_) => {}
-            }
+        for epoch in recording.epochs() {
+            epoch
+                .records
+                .iter()
+                .for_each(|record| observe(&mut passive, line, record));
+            // Another state answers now, and counts time from another moment.
+            passive.reconnected();
         }
         passive.finish();
     }
@@ -433,6 +426,23 @@ fn infer(path: &Path, out: Option<&Path>) -> anyhow::Result<u8> {
     say!("\n{}", summary(&report));
     keep(&report, out)?;
     Ok(0)
+}
+
+/// Shows a record to the observer of this connection.
+fn observe(passive: &mut Passive<'_>, line: PeerId, record: &Record) {
+    let at = Duration::from_micros(record.at.as_micros());
+    match &record.kind {
+        RecordKind::FromHost { line: from, bytes } if *from == line => passive.host(at, bytes),
+        RecordKind::FromRobot { line: to, bytes } if *to == line => passive.robot(at, bytes),
+        RecordKind::Connected { line: of, .. } if *of == line => passive.reconnected(),
+        RecordKind::Connected { .. }
+        | RecordKind::FromHost { .. }
+        | RecordKind::FromRobot { .. }
+        | RecordKind::Ended { .. }
+        | RecordKind::Action(_)
+        | RecordKind::Link(_)
+        | RecordKind::Remark(_) => {}
+    }
 }
 
 /// The connections of the recording on which commands are sent.

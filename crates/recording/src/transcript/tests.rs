@@ -364,6 +364,23 @@ fn a_snapshot_that_cannot_be_restored_is_named_with_its_line() {
 }
 
 #[test]
+fn epochs_are_the_parts_in_which_time_only_advances() {
+    let epochs = |records: Vec<Record>| {
+        let recording = Recording {
+            records,
+            ..Recording::default()
+        };
+        let epochs = recording.epochs();
+        let epochs = epochs.map(|epoch| (epoch.begins_at.as_micros(), epoch.first, epoch.records.len()));
+        epochs.collect::<Vec<_>>()
+    };
+    assert_eq!(epochs(moved()), [(0, 0, 2), (40_000, 2, 3), (0, 5, 2)]);
+    assert_eq!(epochs(moved()[..2].to_vec()), [(0, 0, 2)]);
+    assert_eq!(epochs(moved()[..1].to_vec()), [(0, 0, 1)]);
+    assert_eq!(epochs(Vec::new()), []);
+}
+
+#[test]
 fn a_recording_that_begins_in_the_middle_is_told_by_its_line() {
     let gone = "# 12 records before this one are no longer kept\n";
     let begin = "! begin 5us IP1 {}\n";
