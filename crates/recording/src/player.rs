@@ -2,7 +2,7 @@
 //! (decision D3: one peer per channel). It keeps what the controller sends until somebody takes it, as [`crate::diff`] does.
 
 use crate::answers::{Answer, AnswerSplitter};
-use crate::transcript::{EndReason, LinkRecord, PeerId, Record, RecordKind, Recording};
+use crate::transcript::{EndReason, LinkRecord, PeerId, RecordKind, Recording};
 use std::collections::{BTreeMap, BTreeSet, VecDeque};
 use ts3100_controller::findings::Finding;
 use ts3100_controller::output::DisconnectMode;
@@ -41,7 +41,8 @@ pub(crate) enum RobotEvent {
 #[derive(Debug, Clone)]
 struct WaitingPeer {
     line: PeerId,
-    since: Time,
+    /// When it is refused.
+    until: Time,
     peer: String,
     bytes: Vec<u8>,
 }
@@ -70,8 +71,10 @@ struct Lines {
     refusals: BTreeMap<Port, String>,
     /// The last remark about a port's input, to explain a missing reply.
     remarks: BTreeMap<Port, String>,
-    /// Recorded changes of files that were not stored: time, file and reason.
-    not_persisted: VecDeque<(Time, String, String)>,
+    /// Recorded changes of files that were not stored.
+    not_persisted: VecDeque<NotPersisted>,
+    /// Epochs that have ended.
+    epoch: usize,
     /// The bytes as they were sent, if somebody wants them.
     sent: Option<Vec<Sent>>,
 }
@@ -105,7 +108,8 @@ impl Player {
                 robot_events: BTreeMap::new(),
                 refusals: BTreeMap::new(),
                 remarks: BTreeMap::new(),
-                not_persisted: recording.records.iter().filter_map(not_persisted).collect(),
+                not_persisted: not_persisted(recording).collect(),
+                epoch: 0,
                 sent: None,
             },
         };
@@ -155,7 +159,7 @@ impl Player {
     /// When something happens by itself.
     pub(crate) fn deadline(&self) -> Option<Time> {
         let waiting = self.waiting_peers.iter();
-        let refusals = waiting.map(|waiting| waiting.since + CLOSE_GRACE);
+        let refusals = waiting.map(|waiting| waiting.until);
         refusals.chain(self.seat.deadline()).min()
     }
 
@@ -205,8 +209,8 @@ impl Player {
 
     /// Plays an action of the host or at the panel.
     pub(crate) fn play(&mut self, what: &RecordKind) {
-        let lines: Vec<PeerId> = self.lines.splitters.keys().copied().collect();
-        lines.into_iter().for_each(|line| self.lines.flush(line));
+        self.flush_lines();
+        self.lines.epoch += usize::from(what.new_time().is_some());
         match what {
             RecordKind::Connected { line, peer } => self.connect(*line, peer),
             RecordKind::FromHost { line, bytes } => self.receive(*line, bytes),
@@ -270,6 +274,10 @@ impl Player {
         self.seat.notify(now, Notice::Restored(&next));
         next.adopt_peers(&self.seat.controller);
         next.persist_outside(true);
+        for waiting in &mut self.waiting_peers {
+            // Sockets know nothing of another time of the controller.
+            waiting.until = next.now() + waiting.until.since(self.lines.now);
+        }
         self.lines.now = next.now();
         self.seat.controller = next;
         self.feed(Input::Tick);
@@ -303,7 +311,7 @@ impl Player {
             (None, _) => self.serve(line, peer),
             (Some(_), SecondConnection::Refuse) => self.waiting_peers.push(WaitingPeer {
                 line,
-                since: self.lines.now,
+                until: self.lines.now + CLOSE_GRACE,
                 peer: peer.to_owned(),
                 bytes: Vec::new(),
             }),
@@ -368,10 +376,7 @@ impl Player {
     /// Newcomers that have waited long enough are refused.
     fn refuse_overdue(&mut self) {
         let now = self.lines.now;
-        for late in self
-            .waiting_peers
-            .extract_if(.., |waiting| waiting.since + CLOSE_GRACE <= now)
-        {
+        for late in self.waiting_peers.extract_if(.., |waiting| waiting.until <= now) {
             self.lines.end(late.line, EndReason::Closed);
         }
     }
@@ -379,6 +384,12 @@ impl Player {
     fn feed(&mut self, input: Input) {
         let now = self.lines.now;
         let _refusal_is_an_event = self.seat.feed(now, input, Side::Host, &mut self.lines);
+    }
+
+    /// Takes the incomplete bytes of each line as an answer.
+    pub(crate) fn flush_lines(&mut self) {
+        let lines: Vec<PeerId> = self.lines.splitters.keys().copied().collect();
+        lines.into_iter().for_each(|line| self.lines.flush(line));
     }
 
     /// Takes the incomplete bytes of a line as an answer.
@@ -437,9 +448,10 @@ impl Effects for Lines {
     /// A change that was stored in the recording is stored.
     fn persist(&mut self, at: Time, name: &str, _content: Option<Bytes>) -> Option<Result<(), PersistError>> {
         let first = self.not_persisted.front();
-        let is_refused = first.is_some_and(|(moment, file, _)| *moment == at && file == name);
+        let is_refused =
+            first.is_some_and(|next| next.epoch == self.epoch && next.at == at && next.name == name);
         let refused = is_refused.then(|| self.not_persisted.pop_front()).flatten();
-        Some(refused.map_or(Ok(()), |(_, _, reason)| Err(PersistError::Refused(reason))))
+        Some(refused.map_or(Ok(()), |refused| Err(PersistError::Refused(refused.reason))))
     }
 
     fn perform(&mut self, at: Time, output: Output, _controller: &Controller) -> Vec<Input> {
@@ -487,10 +499,29 @@ impl Effects for Lines {
     }
 }
 
-/// A change that was not kept, if that is what was recorded.
-fn not_persisted(record: &Record) -> Option<(Time, String, String)> {
-    let RecordKind::Link(LinkRecord::NotPersisted { name, reason }) = &record.kind else {
-        return None;
-    };
-    Some((record.at, name.clone(), reason.clone()))
+/// A change of a file that could not be stored in the recording.
+#[derive(Debug, Clone)]
+struct NotPersisted {
+    /// Number of the epoch: each has times of its own.
+    epoch: usize,
+    at: Time,
+    name: String,
+    reason: String,
+}
+
+/// The changes that could not be stored, in order.
+fn not_persisted(recording: &Recording) -> impl Iterator<Item = NotPersisted> {
+    let epochs = recording.epochs().enumerate();
+    let records = epochs.flat_map(|(epoch, part)| part.records.iter().map(move |record| (epoch, record)));
+    records.filter_map(|(epoch, record)| {
+        let RecordKind::Link(LinkRecord::NotPersisted { name, reason }) = &record.kind else {
+            return None;
+        };
+        Some(NotPersisted {
+            epoch,
+            at: record.at,
+            name: name.clone(),
+            reason: reason.clone(),
+        })
+    })
 }

@@ -218,7 +218,9 @@ fn characters_take_their_time_unless_told_not_to() {
         host.sf();
         text_in(&robot, b"OK\r");
         drop(robot);
-        let records = Recording::read(&transcript).unwrap().records;
+        let recording = Recording::read(&transcript).unwrap();
+        recording.has_beginning(&transcript).unwrap();
+        let records = recording.records;
         let of_host = |what: &RecordKind| matches!(what, RecordKind::FromHost { .. });
         let asked = records.iter().find(|record| of_host(&record.kind)).unwrap().at;
         let said = records.iter().rfind(|record| of_host(&record.kind)).unwrap().at;

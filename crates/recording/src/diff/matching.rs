@@ -146,6 +146,9 @@ impl<'a> Matching<'a> {
         let due = self.due(at).max(self.player.now());
         let question = self.pending_question(due, what);
         self.player.advance_to(due);
+        if what.new_time().is_some() {
+            self.end_epoch();
+        }
         // Retrying at another time would lose unsolicited output.
         self.pending = question.filter(|_| self.player.lines_with_events().is_empty());
         if let RecordKind::FromHost { line, .. } = what {
@@ -159,6 +162,16 @@ impl<'a> Matching<'a> {
             None => (at, due),
         };
         self.anchor = TimeAnchor { recorded, played };
+    }
+
+    /// Time continues from another moment: what the emulator has sent until now was not recorded.
+    fn end_epoch(&mut self) {
+        self.player.flush_lines();
+        for line in self.player.lines_with_events() {
+            while self.player.first(line).is_some() {
+                self.next_is_surplus(line);
+            }
+        }
     }
 
     /// A question to a robot that is moving or running: the answer may differ a moment later.

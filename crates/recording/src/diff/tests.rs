@@ -1,5 +1,6 @@
 //! Tests of replaying recordings: equal, different, missing and surplus answers, in bytes and in time.
 
+mod epochs;
 mod kept;
 mod lines;
 

@@ -259,6 +259,18 @@ fn everything_a_transcript_can_hold_makes_whole_blocks() {
 }
 
 #[test]
+fn packets_continue_from_the_time_at_which_a_recording_begins() {
+    let begin = RecordKind::Link(LinkRecord::Begin {
+        at: Time::from_millis(12_000),
+        connected: [Port::Ip0].into(),
+        snapshot: "{}".to_owned(),
+    });
+    let all = packets(&[at(0, begin), at(12_100, from_host(Port::Host, b"a"))]);
+    assert_eq!(all[0].data, b"begin 12000000us");
+    assert_eq!(all[1].micros, 12_100_000);
+}
+
+#[test]
 fn packets_stay_in_order_when_a_snapshot_moves_time_back() {
     let restored = RecordKind::Link(LinkRecord::Restored {
         at: Time::from_millis(3),
