@@ -3,16 +3,21 @@
 //!
 //! This module does not know how a moment is had; see [`Moments`].
 
+use super::arm::ArmPicture;
 use super::handle::Handle;
 use super::problem::Problem;
 use super::robots::{OfRobot, is_page};
+use super::state::ControllerState;
 use axum::extract::{Request, State};
 use axum::http::uri::{PathAndQuery, Uri};
 use axum::http::{Method, StatusCode};
 use axum::middleware::Next;
 use axum::response::{IntoResponse, Response};
+use serde_json::Value;
+use std::collections::BTreeMap;
 use std::sync::Arc;
 use tokio::task::spawn_blocking;
+use ts3100_driver::driver::request::Still;
 
 /// Beginning of all paths of one moment.
 const PREFIX: &str = "/moments/";
@@ -31,6 +36,17 @@ pub trait Moments: Send + Sync {
     /// # Errors
     /// See [`NoMoment`].
     fn find(&self, key: Option<&str>) -> Result<Handle, NoMoment>;
+}
+
+/// The document of `/state` for a moment, with the findings by rule until then.
+pub fn state_document(still: &Still, findings: BTreeMap<String, u64>) -> Value {
+    // A document of words and numbers can always be written.
+    still.look(|view| serde_json::to_value(ControllerState::new(view, findings, false)).unwrap_or_default())
+}
+
+/// The document of `/arm` for a moment.
+pub fn arm_document(still: &Still) -> Value {
+    still.look(|view| serde_json::to_value(ArmPicture::new(view)).unwrap_or_default())
 }
 
 /// A call of a recorded run: its page shows it so.

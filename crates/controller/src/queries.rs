@@ -153,6 +153,13 @@ impl Controller {
         self.robot.arm.pose(self.robot.context.now, conditions)
     }
 
+    /// The posture of the arm at a time from now on, as far as nothing changes the course of its motion, and the completed
+    /// percentage of the motion then.
+    pub fn arm_pose_at(&self, at: Time) -> (ArmPose, f64) {
+        let conditions = self.robot.executor.memory().conditions();
+        (self.robot.arm.pose(at, conditions), self.robot.arm.percent(at))
+    }
+
     /// Name of the work coordinate system in which the pose is given; empty if it has none.
     pub fn work_name(&self) -> String {
         self.robot.arm.work_name(self.robot.context.now, &self.frames())

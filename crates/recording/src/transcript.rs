@@ -338,13 +338,25 @@ impl Recording {
     /// # Errors
     /// See [`ReadError`].
     pub fn read(path: &Path) -> Result<Recording, ReadError> {
-        let read = match Format::from_path(path) {
-            Some(Format::Pcapng) => return Err(ReadError::Capture(path.to_path_buf())),
-            Some(Format::Json) => json::read,
-            Some(Format::Text) | None => text::read,
-        };
+        let format = Format::from_path(path).unwrap_or(Format::Text);
+        if format == Format::Pcapng {
+            return Err(ReadError::Capture(path.to_path_buf()));
+        }
         let content = files::read_text(path, MAX_TRANSCRIPT).map_err(cannot("read", path))?;
-        let read = read(&content).and_then(Recording::validated);
+        Recording::parse(path, format, &content)
+    }
+
+    /// Reads a transcript that is at hand; `path` is its name in messages.
+    ///
+    /// # Errors
+    /// See [`ReadError`].
+    pub fn parse(path: &Path, format: Format, content: &str) -> Result<Recording, ReadError> {
+        let read = match format {
+            Format::Pcapng => return Err(ReadError::Capture(path.to_path_buf())),
+            Format::Json => json::read,
+            Format::Text => text::read,
+        };
+        let read = read(content).and_then(Recording::validated);
         read.map_err(|(line, reason)| ReadError::Content {
             path: path.to_path_buf(),
             line,

@@ -356,6 +356,13 @@ impl Lanes {
         self.mark(LaneId::Panel, place, Level::Plain, action);
     }
 
+    /// What was done at the panel or on the controller.
+    pub fn actions(&self) -> Vec<Item> {
+        let panel = self.lanes.get(&LaneId::Panel);
+        let items = panel.into_iter().flat_map(|lane| &lane.items);
+        items.filter(|item| item.until.is_none()).cloned().collect()
+    }
+
     /// Takes the controller as it is after a step.
     pub fn state(&mut self, place: Place, controller: &Controller) {
         self.end = place;

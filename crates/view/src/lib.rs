@@ -9,8 +9,14 @@
 // A new variant of an enum of ours is met at every place that tells them apart.
 #![cfg_attr(not(test), warn(clippy::wildcard_enum_match_arm))]
 
+pub mod course;
+mod data;
+pub mod html;
 pub mod key;
 pub mod lanes;
+pub mod list;
+pub mod patch;
 pub mod run;
 pub mod serve;
+pub mod summary;
 pub mod why;

@@ -6,16 +6,17 @@ use crate::key::{KeyError, MomentKey};
 use crate::lanes::{Lanes, Place};
 use crate::why::{Answer, Answers, Question};
 use serde::Serialize;
+use serde_json::Value;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use tokio::sync::{Semaphore, watch};
 use ts3100_control::DriverHandle;
 use ts3100_control::journal::{Journal, JournalWriter};
-use ts3100_control::recorded::NoMoment;
+use ts3100_control::recorded::{NoMoment, state_document};
 use ts3100_controller::Time;
 use ts3100_driver::driver::request::Still;
 use ts3100_recording::diff::Candidate;
 use ts3100_recording::replay::{Comparison, Departure, Keyframes, Moment, Playback, Step};
-use ts3100_recording::transcript::{Header, RecordKind, Recording};
+use ts3100_recording::transcript::{self, Header, RecordKind, Recording};
 
 /// Most events of a run that are kept; the oldest are forgotten first.
 pub const MAX_EVENTS: usize = 2_000_000;
@@ -129,6 +130,11 @@ impl Run {
     /// The events, the findings among them, by number.
     pub fn journal(&self) -> &Journal {
         &self.journal
+    }
+
+    /// Name of the file.
+    pub fn name(&self) -> &str {
+        &self.name
     }
 
     /// The state before the first record, as the recording says it.
@@ -287,6 +293,11 @@ impl Run {
         Some((playback, last))
     }
 
+    /// Of each event, how many records had happened by then.
+    pub(crate) fn records_of_events(&self) -> Vec<u32> {
+        self.opened().records_of.clone()
+    }
+
     /// The run at its start.
     pub(crate) fn start(&self) -> Option<Playback> {
         let (records, at) = (0, Time::ZERO);
@@ -316,6 +327,29 @@ impl Run {
         let events = self.journal.events_from(first as u64 + 1, count).events;
         let due = events.iter().filter(|event| event.t <= moment.at).count();
         (first + due) as u64
+    }
+
+    /// The document of `/state` at a moment.
+    ///
+    /// # Errors
+    /// There is no such moment.
+    pub fn state(&self, key: MomentKey) -> Result<Value, NoMoment> {
+        let found = self.seek(self.moment(key)?);
+        let (playback, last) = found.ok_or_else(|| NoMoment("the run has no beginning".to_owned()))?;
+        let findings = self.journal.as_of(last).findings_by_rule();
+        Ok(state_document(&Still(playback.controller().clone()), findings))
+    }
+
+    /// A moment in the address of the page: `t=12.4&e=118`.
+    ///
+    /// # Errors
+    /// There is no such moment.
+    pub fn fragment(&self, key: MomentKey) -> Result<String, NoMoment> {
+        let moment = self.moment(key)?;
+        let event = self.last_event(&self.opened(), moment);
+        let at = moment.at.to_string();
+        let at = at.trim_end_matches('0').trim_end_matches('.');
+        Ok(format!("t={at}&e={event}"))
     }
 
     /// The way to a moment for the calls of the control interface; without a key the end.
@@ -402,26 +436,30 @@ impl Opening {
     }
 }
 
-/// The parts of a recording in which time continues.
+/// The parts of a recording in which time continues. One that begins in the middle has its first record before them.
 fn epochs(recording: &Recording) -> Vec<Epoch> {
-    let mut epochs = vec![Epoch {
-        records: 0,
-        event: 1,
-        begins: Time::ZERO,
-        ends: Time::ZERO,
-    }];
-    for (place, record) in recording.records.iter().enumerate() {
-        if let Some(last) = epochs.last_mut() {
-            last.ends = last.ends.max(record.at);
-        }
-        if let Some(begins) = record.kind.new_time() {
-            epochs.push(Epoch {
-                records: place + 1,
-                event: 0,
-                begins,
-                ends: begins,
-            });
-        }
+    let parts = recording.epochs().filter(|part| {
+        let [only] = part.records else { return true };
+        part.first > 0 || only.kind.new_time().is_none()
+    });
+    let epoch = |part: transcript::Epoch<'_>| Epoch {
+        records: part.first,
+        event: 0,
+        begins: part.begins_at,
+        ends: part
+            .records
+            .last()
+            .map_or(part.begins_at, |last| last.at.max(part.begins_at)),
+    };
+    let mut epochs: Vec<Epoch> = parts.map(epoch).collect();
+    // Nothing follows the last one.
+    if let Some(begins) = recording.records.last().and_then(|record| record.kind.new_time()) {
+        epochs.push(Epoch {
+            records: recording.records.len(),
+            event: 0,
+            begins,
+            ends: begins,
+        });
     }
     epochs
 }

@@ -143,13 +143,7 @@ async fn answer(run: Arc<Run>, question: Question, until: Option<String>) -> Res
                 count,
             };
         };
-        let event = run
-            .events_at(std::iter::once(moment))
-            .first()
-            .copied()
-            .unwrap_or_default();
-        let after =
-            all.partition_point(|found| found.event < event || found.event == event && found.at <= moment.at);
+        let after = answer.before(&run, moment).len();
         let before = all
             .get(after.saturating_sub(MAX_BEFORE)..after)
             .unwrap_or_default();

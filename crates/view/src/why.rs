@@ -53,6 +53,20 @@ pub struct Answer {
     pub more: u64,
 }
 
+impl Answer {
+    /// What was found until a moment.
+    pub fn before(&self, run: &Run, moment: Moment) -> &[Found] {
+        let event = run
+            .events_at(std::iter::once(moment))
+            .first()
+            .copied()
+            .unwrap_or_default();
+        let is_before = |found: &Found| found.event < event || found.event == event && found.at <= moment.at;
+        let after = self.found.partition_point(is_before);
+        self.found.get(..after).unwrap_or_default()
+    }
+}
+
 /// What is asked of a run.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Question {

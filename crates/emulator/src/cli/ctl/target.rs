@@ -18,7 +18,7 @@ use ts3100_control::client::{Client, ClientError};
 const DEFAULT_URL: &str = "http://127.0.0.1:3100";
 
 /// The environment variable of the token, which `serve` reads too.
-const TOKEN_VARIABLE: &str = "TS3100_CONTROL_TOKEN";
+pub(in crate::cli) const TOKEN_VARIABLE: &str = "TS3100_CONTROL_TOKEN";
 
 /// Why there is nothing to call.
 #[derive(Debug, thiserror::Error)]
