@@ -36,9 +36,9 @@ pub struct Data<'a> {
     states: Vec<Value>,
     #[serde(flatten)]
     motions: Motions,
-    /// `[event, name, text]`; without text an erased one, or one that is no text.
+    /// `[event, name, text]`; without text it was erased, or is binary.
     files: Vec<Value>,
-    /// The bytes of all events that are told by no other ones, in order. They stand after the document.
+    /// The bytes of all events that are told by no other ones, in order. They come after the document.
     #[serde(skip)]
     pub bytes: Vec<u8>,
 }
