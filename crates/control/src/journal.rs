@@ -299,7 +299,7 @@ impl Subscriber for JournalWriter {
                 self.journal.forget_findings();
                 self.journal.note(Time::ZERO, JournalEvent::Reset);
             }
-            Notice::Dropped(_) | Notice::NotPersisted { .. } => {}
+            Notice::Dropped(_) | Notice::NotPersisted { .. } | Notice::TimedFindings(_) => {}
         }
     }
 }

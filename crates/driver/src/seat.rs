@@ -43,6 +43,8 @@ pub enum Notice<'a> {
         name: &'a str,
         reason: &'a str,
     },
+    /// Whether findings about the host's timing are reported from now on; they are at first.
+    TimedFindings(bool),
     /// This controller is about to take over, with its time.
     Restored(&'a Controller),
     /// This controller in its initial state is about to take over.
@@ -214,9 +216,11 @@ impl Seat {
     }
 
     /// Sets whether findings about the host's timing are reported; they are wrong while virtual time runs slower than
-    /// the host's clock.
+    /// the host's clock. Subscribers are told of a change, so that a replay reports the same findings.
     pub fn report_timed_findings(&mut self, on: bool) {
-        self.timed_findings = on;
+        if std::mem::replace(&mut self.timed_findings, on) != on {
+            self.notify(self.controller.now(), Notice::TimedFindings(on));
+        }
     }
 
     /// Sets whether every subscriber sees the events of statements, and not only those that want them.

@@ -234,6 +234,7 @@ impl Player {
                     self.feed(Input::Disconnected { port: *port });
                 }
             }
+            LinkRecord::TimedFindings { on } => self.seat.report_timed_findings(*on),
             // A recording whose snapshots cannot be read was refused before.
             LinkRecord::Restored { snapshot, .. } => {
                 if let Ok(next) = snapshot::from_json(snapshot) {

@@ -137,7 +137,7 @@ impl Subscriber for RunRecord {
                 let coverage = std::mem::take(&mut record.coverage);
                 record.coverage_before.add(coverage);
             }
-            Notice::Dropped(_) | Notice::NotPersisted { .. } => {}
+            Notice::Dropped(_) | Notice::NotPersisted { .. } | Notice::TimedFindings(_) => {}
         }
     }
 

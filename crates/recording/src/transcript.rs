@@ -148,6 +148,14 @@ pub struct Record {
     pub kind: RecordKind,
 }
 
+impl Record {
+    /// A record that findings about the host's timing are not reported.
+    fn untimed(at: Time) -> Record {
+        let kind = RecordKind::Link(LinkRecord::TimedFindings { on: false });
+        Record { at, kind }
+    }
+}
+
 /// The state before the first record.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct Header {

@@ -47,6 +47,8 @@ fn talk() -> [Vec<u8>; 3] {
 fn the_same_inputs_give_the_same_bytes_in_every_form() {
     let [text, json, capture] = talk();
     assert!(!text.is_empty() && !json.is_empty() && !capture.is_empty());
+    let in_stepped_time = "\n! timed-findings off\n! connect IP0 127.0.0.1\n";
+    assert!(String::from_utf8_lossy(&text).contains(in_stepped_time));
     let again = talk();
     assert_eq!(String::from_utf8(text), String::from_utf8(again[0].clone()));
     assert_eq!(String::from_utf8(json), String::from_utf8(again[1].clone()));

@@ -106,7 +106,22 @@ struct Beginning {
     record: u64,
     /// Ports with a peer.
     connected: BTreeSet<Port>,
+    /// Findings about the host's timing are not reported.
+    is_untimed: bool,
     controller: Box<Controller>,
+}
+
+impl Beginning {
+    /// The records of it.
+    fn records(&self) -> impl Iterator<Item = Record> {
+        let link = LinkRecord::from_beginning(&self.controller, &self.connected);
+        let begin = Record {
+            at: Time::ZERO,
+            kind: RecordKind::Link(link),
+        };
+        let untimed = self.is_untimed.then(|| Record::untimed(self.controller.now()));
+        [begin].into_iter().chain(untimed)
+    }
 }
 
 #[derive(Debug, Default)]
@@ -165,7 +180,7 @@ impl BufferState {
             || self.piece >= self.most_bytes().div_ceil(PIECES)
     }
 
-    fn begin(&mut self, connected: BTreeSet<Port>, controller: Box<Controller>) {
+    fn begin(&mut self, connected: BTreeSet<Port>, is_untimed: bool, controller: Box<Controller>) {
         if !self.has_beginning() {
             self.discard_until(self.next_record());
         }
@@ -174,6 +189,7 @@ impl BufferState {
         self.beginnings.push_back(Beginning {
             record: self.next_record(),
             connected,
+            is_untimed,
             controller,
         });
         self.discard_surplus();
@@ -257,10 +273,10 @@ impl TranscriptBuffer {
     }
 
     /// Keeps a copy of this controller, so that the records before it can be discarded. Only between two inputs: a replay
-    /// continues with the next record.
-    pub fn begin(&self, connected: BTreeSet<Port>, controller: &Controller) {
+    /// continues with the next record. `is_untimed` if findings about the host's timing are not reported.
+    pub fn begin(&self, connected: BTreeSet<Port>, is_untimed: bool, controller: &Controller) {
         let controller = Box::new(controller.clone());
-        self.state().begin(connected, controller);
+        self.state().begin(connected, is_untimed, controller);
     }
 
     /// Clears the buffer after a reset to the start.
@@ -287,13 +303,7 @@ impl TranscriptBuffer {
         });
         let first = pages.beginnings.front();
         let first = first.filter(|_| pages.discarded > 0 && pages.has_beginning());
-        let begin = first.map(|beginning| Record {
-            at: Time::ZERO,
-            kind: RecordKind::Link(LinkRecord::from_beginning(
-                &beginning.controller,
-                &beginning.connected,
-            )),
-        });
+        let begin = first.into_iter().flat_map(Beginning::records);
         let records = pages
             .records
             .iter_from(0)
@@ -340,7 +350,7 @@ mod tests {
     fn settle(buffer: &TranscriptBuffer, record: Record, controller: &Controller) {
         buffer.push(record);
         if buffer.needs_beginning() {
-            buffer.begin(BTreeSet::new(), controller);
+            buffer.begin(BTreeSet::new(), false, controller);
         }
     }
 
@@ -418,7 +428,7 @@ mod tests {
             assert!(buffer.state().records.len() <= 64);
         }
         assert!(buffer.needs_beginning());
-        buffer.begin(BTreeSet::new(), &controller);
+        buffer.begin(BTreeSet::new(), false, &controller);
         settle(&buffer, record(200, 1), &controller);
         assert_eq!(kept(&buffer), 1);
         assert!(text(&buffer).contains("# 200 records before this one are no longer kept\n"));

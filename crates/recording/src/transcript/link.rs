@@ -14,6 +14,9 @@ use ts3100_proto::escape::{self, Escaped};
 use ts3100_proto::parameter::Parity;
 use ts3100_proto::words::Word as _;
 
+/// First word of [`LinkRecord::TimedFindings`].
+const TIMED_FINDINGS: &str = "timed-findings";
+
 /// A record about a connection or about the replaced state of the controller.
 #[derive(Debug, Clone, PartialEq)]
 pub enum LinkRecord {
@@ -47,6 +50,8 @@ pub enum LinkRecord {
     },
     /// The emulator ends a connection on request.
     Dropped { port: Port },
+    /// Whether findings about the host's timing are reported from here on. They are at first.
+    TimedFindings { on: bool },
     /// A snapshot replaces the controller; times continue from `at`.
     Restored {
         /// The time of the snapshot.
@@ -128,6 +133,7 @@ impl LinkRecord {
             // That a file was not persisted is the answer to a question that the controller has to put first.
             LinkRecord::NotPersisted { .. }
             | LinkRecord::Dropped { .. }
+            | LinkRecord::TimedFindings { .. }
             | LinkRecord::Restored { .. }
             | LinkRecord::Begin { .. }
             | LinkRecord::Reset { .. } => return None,
@@ -151,6 +157,9 @@ impl fmt::Display for LinkRecord {
                 write!(f, "unkept {name} {}", Escaped::new(reason.as_bytes()))
             }
             LinkRecord::Dropped { port } => write!(f, "drop {port}"),
+            LinkRecord::TimedFindings { on } => {
+                write!(f, "{TIMED_FINDINGS} {}", if *on { "on" } else { "off" })
+            }
             LinkRecord::Restored { at, snapshot } => write!(f, "restore {}us {snapshot}", at.as_micros()),
             LinkRecord::Begin {
                 at,
@@ -232,6 +241,13 @@ impl FromStr for LinkRecord {
             },
             "unkept" => return Err(LineError::expected("the name of a file", rest)),
             "drop" => LinkRecord::Dropped { port: port(rest)? },
+            TIMED_FINDINGS => LinkRecord::TimedFindings {
+                on: match rest {
+                    "on" => true,
+                    "off" => false,
+                    _ => return Err(LineError::expected("on or off", rest)),
+                },
+            },
             "restore" => {
                 let (at, snapshot) = (parse_moment(first)?, behind.to_owned());
                 LinkRecord::Restored { at, snapshot }
@@ -337,6 +353,8 @@ mod tests {
                 reason: "cannot write d\u{e9}p\u{f4}t: full\nby <far>".to_owned(),
             },
             LinkRecord::Dropped { port: Port::Ip0 },
+            LinkRecord::TimedFindings { on: true },
+            LinkRecord::TimedFindings { on: false },
             LinkRecord::Restored {
                 at: Time::from_micros(7),
                 snapshot: "{\"a\": [1]}".to_owned(),
@@ -388,6 +406,8 @@ mod tests {
             "unkept",
             "unkept PICK <far>",
             "drop IP0 now",
+            "timed-findings",
+            "timed-findings maybe",
             "restore",
             "restore 5ms {}",
             "begin",

@@ -109,6 +109,8 @@ pub struct TranscriptSink {
     /// Buffer for the control interface.
     buffer: Option<Arc<TranscriptBuffer>>,
     observer: Observer,
+    /// Findings about the host's timing are not reported.
+    is_untimed: bool,
     /// The controller started from a snapshot or with an error history, so a reset needs its full state.
     restored: bool,
 }
@@ -129,6 +131,7 @@ impl TranscriptSink {
             recorder: Recorder::create(files, &header, Duration::ZERO)?,
             buffer: buffered.map(|most| Arc::new(TranscriptBuffer::new(header, most))),
             observer: Observer::default(),
+            is_untimed: false,
             restored: restored.is_some(),
         };
         if let Some(controller) = restored {
@@ -158,7 +161,7 @@ impl TranscriptSink {
         if let Some(buffer) = &self.buffer
             && buffer.needs_beginning()
         {
-            buffer.begin(self.observer.connected.clone(), controller);
+            buffer.begin(self.observer.connected.clone(), self.is_untimed, controller);
         }
     }
 
@@ -175,6 +178,10 @@ impl TranscriptSink {
             buffer.restart(calendar);
             if self.restored {
                 buffer.restored(Time::ZERO, controller);
+            }
+            if self.is_untimed {
+                // The record that said so is gone.
+                buffer.push(Record::untimed(controller.now()));
             }
         }
     }
@@ -210,6 +217,10 @@ impl Subscriber for TranscriptSink {
             Notice::Restored(controller) => return self.restored(at, controller),
             Notice::Reset { controller, calendar } => return self.reset(at, controller, calendar),
             Notice::Dropped(port) => LinkRecord::Dropped { port },
+            Notice::TimedFindings(on) => {
+                self.is_untimed = !on;
+                LinkRecord::TimedFindings { on }
+            }
             Notice::NotPersisted { name, reason } => LinkRecord::NotPersisted {
                 name: name.to_owned(),
                 reason: reason.to_owned(),

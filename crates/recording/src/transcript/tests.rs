@@ -282,8 +282,11 @@ fn what_is_kept_begins_anew_with_a_reset() {
     let controller = Controller::new(Config::new(Dialect::Field), Vec::new()).unwrap();
     let calendar = None;
     let servo = |on| Input::by_hand(PanelAction::Servo(on));
-    for restored in [None, Some(&controller)] {
+    for (restored, is_timed) in [(None, true), (Some(&controller), true), (None, false)] {
         let mut sink = TranscriptSink::create(sample_header(), &[], Some(100), restored).unwrap();
+        if !is_timed {
+            sink.notice(Time::ZERO, Notice::TimedFindings(false));
+        }
         sink.input(Time::from_millis(10), &servo(true), Side::Host);
         let controller = &controller;
         sink.notice(Time::from_millis(20), Notice::Reset { controller, calendar });
@@ -299,9 +302,10 @@ fn what_is_kept_begins_anew_with_a_reset() {
                 other => format!("{other:?}"),
             })
             .collect();
-        let expected: &[&str] = match restored {
-            None => &["servo off"],
-            Some(_) => &["restored", "servo off"],
+        let expected: &[&str] = match (restored, is_timed) {
+            (None, true) => &["servo off"],
+            (Some(_), _) => &["restored", "servo off"],
+            (None, false) => &["Link(TimedFindings { on: false })", "servo off"],
         };
         assert_eq!(kinds, expected);
         assert!(recording.records[0].at <= Time::from_millis(7), "{text}");

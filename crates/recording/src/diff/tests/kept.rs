@@ -1,9 +1,11 @@
 //! Tests of the transcript in memory: it replays from its first record, wherever the older ones were cut off.
 
 use super::*;
+use crate::replay::Playback;
 use crate::transcript::{Format, Header, TranscriptBuffer, TranscriptSink, json, text};
-use std::sync::Arc;
-use ts3100_driver::seat::{Effects, Seat};
+use std::sync::{Arc, Mutex};
+use ts3100_controller::Event;
+use ts3100_driver::seat::{Effects, Seat, Subscriber};
 
 /// Moves and prints without end.
 const BUSY: &str = "PROGRAM PICK\nSPEED = 40\nLOOP:\nMOVE POINT(450, 0, 250)\nPRINT IP1, \"A\", CR\nDELAY 0.013\n\
@@ -230,6 +232,59 @@ fn the_transcript_in_memory_replays_with_faults_and_peers_that_come_and_go() {
 #[test]
 fn the_transcript_in_memory_can_begin_before_every_input() {
     with_faults_and_peers_that_come_and_go(FEW, 15);
+}
+
+/// Rules of the findings, in order.
+#[derive(Clone, Default)]
+struct Findings(Arc<Mutex<Vec<&'static str>>>);
+
+impl Findings {
+    fn take(&self) -> Vec<&'static str> {
+        std::mem::take(&mut self.0.lock().unwrap())
+    }
+}
+
+impl Subscriber for Findings {
+    fn output(&mut self, _at: Time, output: &Output) {
+        if let Output::Event(Event::Finding(finding)) = output {
+            self.0.lock().unwrap().push(finding.rule.id);
+        }
+    }
+}
+
+#[test]
+fn a_replay_reports_the_findings_about_timing_that_the_run_reported() {
+    let settings = with(PICK);
+    let mut kept = Kept::new(&settings, SOME);
+    let live = Findings::default();
+    kept.seat.subscribe(Box::new(live.clone()));
+    kept.connect(Port::Ip0);
+    let mut expected = Vec::new();
+    for (is_timed, cut) in [(false, false), (true, false), (false, true)] {
+        kept.seat.report_timed_findings(is_timed);
+        for _ in 0..if cut { SOME } else { 1 } {
+            // A pause after the reply that is too short.
+            for _ in 0..2 {
+                kept.send(Port::Ip0, b"\x02SO\r\x03");
+                kept.pass(Duration::from_millis(10));
+            }
+        }
+        let found = live.take();
+        assert_eq!(found.contains(&"command-early"), is_timed, "{found:?}");
+        expected = if cut {
+            Vec::new()
+        } else {
+            [expected, found].concat()
+        };
+        assert_eq!(kept.is_cut(), cut);
+        let text = String::from_utf8(kept.buffer.to_bytes(Format::Text)).unwrap();
+        let recording = Arc::new(text::read(&origin(&text)).unwrap());
+        let replayed = Findings::default();
+        let mut playback = Playback::new(recording, settings.candidate());
+        playback.subscribe(Box::new(replayed.clone()));
+        while playback.step().is_some() {}
+        assert_eq!(replayed.take(), expected, "{text}");
+    }
 }
 
 #[test]
