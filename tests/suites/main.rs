@@ -70,6 +70,7 @@ mod survey;
 mod text_end;
 mod transcripts;
 mod variables;
+mod view;
 mod wire;
 mod wireshark;
 mod words;

@@ -87,6 +87,19 @@ impl ActiveAlarm {
             at: alarm.at.to_string(),
         }
     }
+
+    /// An alarm whose time and detail are not known.
+    pub fn of_code(code: &AlarmCode) -> ActiveAlarm {
+        ActiveAlarm {
+            number: code.number(),
+            level: code.level.number(),
+            text: code.text.to_owned(),
+            cause: code.cause,
+            remedy: code.remedy,
+            docs: explain_path(&code.number()),
+            at: String::new(),
+        }
+    }
 }
 
 impl AlarmRow {

@@ -3,6 +3,7 @@
 //!
 //! This module does not know how a moment is had; see [`Moments`].
 
+use super::alarms::ActiveAlarm;
 use super::arm::ArmPicture;
 use super::handle::Handle;
 use super::problem::Problem;
@@ -17,6 +18,7 @@ use serde_json::Value;
 use std::collections::BTreeMap;
 use std::sync::Arc;
 use tokio::task::spawn_blocking;
+use ts3100_controller::alarm::AlarmCode;
 use ts3100_driver::driver::request::Still;
 
 /// Beginning of all paths of one moment.
@@ -42,6 +44,12 @@ pub trait Moments: Send + Sync {
 pub fn state_document(still: &Still, findings: BTreeMap<String, u64>) -> Value {
     // A document of words and numbers can always be written.
     still.look(|view| serde_json::to_value(ControllerState::new(view, findings, false)).unwrap_or_default())
+}
+
+/// An active alarm as in the document of `/state`, of which only the number is known.
+pub fn alarm_document(number: &str) -> Option<Value> {
+    let row = AlarmCode::from_number(number)?;
+    serde_json::to_value(ActiveAlarm::of_code(&row)).ok()
 }
 
 /// The document of `/arm` for a moment.

@@ -13,24 +13,24 @@ use ts3100_proto::text::{CR, Checksum, Decoded, ETX, Reading, STX, TextDecoder, 
 const MAX_BUFFER: usize = 65_536;
 
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub(crate) struct Answer {
+pub struct Answer {
     /// A text with its framing, a record with its CR, or the bytes received instead.
-    pub(crate) bytes: Vec<u8>,
+    pub bytes: Vec<u8>,
     /// Letters of the command that it answers, as far as that is known.
-    pub(crate) letters: String,
+    pub letters: String,
     /// The host's text before it.
-    pub(crate) question: String,
+    pub question: String,
     /// When its last byte came.
-    pub(crate) at: Time,
+    pub at: Time,
     /// Line of the file with its first byte; 0 for the emulator's own.
-    pub(crate) file_line: usize,
+    pub file_line: usize,
     /// Its end has come.
-    pub(crate) complete: bool,
+    pub complete: bool,
 }
 
 impl Answer {
     /// Whether it is SP, which comes unasked.
-    pub(crate) fn is_sp(&self) -> bool {
+    pub fn is_sp(&self) -> bool {
         parse_reply(&self.bytes) == Some(Reply::Sp)
     }
 }
@@ -141,7 +141,7 @@ impl AnswerSplitter {
 
 /// Something in a recording that is played or compared.
 #[derive(Debug, Clone, PartialEq)]
-pub(crate) enum Event {
+pub enum Event {
     /// Of the host or the panel, to be played.
     Input(RecordKind),
     Answer(PeerId, Answer),
@@ -151,14 +151,14 @@ pub(crate) enum Event {
 
 /// An event with its place.
 #[derive(Debug, Clone, PartialEq)]
-pub(crate) struct RecordedEvent {
-    pub(crate) at: Time,
-    pub(crate) file_line: usize,
-    pub(crate) event: Event,
+pub struct RecordedEvent {
+    pub at: Time,
+    pub file_line: usize,
+    pub event: Event,
 }
 
 /// The events of a recording, in order. Bytes without an end before the next action of the host count as an answer.
-pub(crate) fn events(recording: &Recording, options: TextOptions) -> Vec<RecordedEvent> {
+pub fn events(recording: &Recording, options: TextOptions) -> Vec<RecordedEvent> {
     let mut events = Vec::new();
     let mut splitters: BTreeMap<PeerId, AnswerSplitter> = BTreeMap::new();
     let new = |line| AnswerSplitter::new(line, options);
@@ -234,7 +234,7 @@ fn answer_event(line: PeerId, answer: Answer) -> RecordedEvent {
 }
 
 /// The reply in a text, if it is one.
-pub(crate) fn parse_reply(wire: &[u8]) -> Option<Reply> {
+pub fn parse_reply(wire: &[u8]) -> Option<Reply> {
     let end = wire.iter().rposition(|byte| *byte == ETX)?;
     let data = wire.get(..end)?;
     Reply::parse(data.strip_prefix(&[STX]).unwrap_or(data)).ok()

@@ -9,7 +9,7 @@
 // A new variant of an enum of ours is met at every place that tells them apart.
 #![cfg_attr(not(test), warn(clippy::wildcard_enum_match_arm))]
 
-mod answers;
+pub mod answers;
 pub mod byte_log;
 pub mod diff;
 #[cfg(test)]

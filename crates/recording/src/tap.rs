@@ -6,7 +6,8 @@
 mod relay;
 
 use crate::transcript::{
-    EndReason, Header, MAX_PEERS, PeerId, Record, RecordKind, Recorder, Side, TranscriptFile, without_port,
+    EndReason, Header, MAX_PEERS, PeerId, Record, RecordKind, Recorder, Side, TAPPED, TranscriptFile,
+    without_port,
 };
 use std::collections::{BTreeMap, BTreeSet};
 use std::future::Future;
@@ -85,7 +86,7 @@ impl Tap {
         let controllers: Vec<String> = controllers.iter().map(ToString::to_string).collect();
         let header = Header {
             origin: format!(
-                "observed, ts3100 tap {} in front of {}",
+                "{TAPPED}{} in front of {}",
                 env!("CARGO_PKG_VERSION"),
                 controllers.join(" ")
             ),

@@ -35,6 +35,8 @@ use ts3100_proto::words::{Word as _, plain_message};
 pub const MAX_TRANSCRIPT: u64 = 256 * 1024 * 1024;
 /// Origins of what the emulator and the tap record begin with this.
 const RECORDED: &str = "observed, ts3100 ";
+/// Begin of the origin of a recording of a real robot.
+pub(crate) const TAPPED: &str = "observed, ts3100 tap ";
 /// Begins the reasons of [`Recording::has_beginning`].
 const MIDDLE: &str = "cannot use a recording that begins in the middle of a run";
 /// Most peers of one port with numbers of their own.
@@ -169,6 +171,13 @@ pub struct Header {
     pub files: Vec<(String, Vec<u8>)>,
     /// The selected file.
     pub select: Option<String>,
+}
+
+impl Header {
+    /// Whether a real robot was recorded, of which only the traffic is known.
+    pub fn is_of_robot(&self) -> bool {
+        self.origin.starts_with(TAPPED)
+    }
 }
 
 /// A transcript that was read from a file.

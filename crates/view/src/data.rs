@@ -4,13 +4,14 @@
 //! The page's side of it is `embedded.js`.
 
 use crate::course::{Courses, Motions};
+use crate::key::MomentKey;
 use crate::patch::{common, patch};
 use crate::run::{Run, RunInfo};
 use serde::Serialize;
 use serde_json::{Map, Value, json};
 use std::collections::{BTreeMap, HashMap};
 use ts3100_control::event::NumberedEvent;
-use ts3100_control::recorded::{arm_document, state_document};
+use ts3100_control::recorded::state_document;
 use ts3100_controller::Time;
 use ts3100_driver::driver::request::Still;
 use ts3100_recording::replay::Playback;
@@ -45,11 +46,13 @@ pub struct Data<'a> {
 
 /// The run as one document. It has to be complete.
 pub fn data(run: &Run) -> Option<Data<'_>> {
-    let playback = run.start()?;
     let (mut rules, mut bytes) = (Map::new(), Vec::new());
     let events = events(run, &mut rules, &mut bytes);
-    let arm = arm_document(&Still(playback.controller().clone()));
-    let (states, motions, files) = states(run, playback);
+    let arm = run.arm(MomentKey::default()).ok()?;
+    let (states, motions, files) = match run.start() {
+        Some(playback) => states(run, playback),
+        None => (observed(run), Motions::default(), Vec::new()),
+    };
     Some(Data {
         info: run.info(),
         lanes: short_lanes(run),
@@ -197,6 +200,40 @@ fn from_hex(hex: &str) -> Vec<u8> {
     digits.filter_map(byte).collect()
 }
 
+/// The states of a real robot: each time a status tells something.
+fn observed(run: &Run) -> Vec<Value> {
+    let (mut last, mut at, mut event, mut states) = (Value::Null, Time::ZERO, 0, Vec::new());
+    for next in std::iter::once(0).chain(run.observations()) {
+        let time = run
+            .journal()
+            .events_from(next, 1)
+            .events
+            .first()
+            .map_or(Time::ZERO, |found| found.t);
+        let Ok(mut state) = run.state(MomentKey {
+            event: Some(next),
+            at: None,
+        }) else {
+            continue;
+        };
+        without_moment(&mut state);
+        if let Some(change) = patch(&last, &state) {
+            states.push(json!([next - event, micros(time) - micros(at), change]));
+            (last, at, event) = (state, time, next);
+        }
+    }
+    states
+}
+
+/// The page knows the moment, and counts the findings among the events.
+fn without_moment(state: &mut Value) {
+    if let Some(state) = state.as_object_mut() {
+        for key in ["t", "time_mode", "findings"] {
+            state.shift_remove(key);
+        }
+    }
+}
+
 /// States, motions and files of a run.
 fn states(run: &Run, mut playback: Playback) -> (Vec<Value>, Motions, Vec<Value>) {
     let mut writer = StateWriter {
@@ -247,12 +284,7 @@ impl StateWriter {
         let controller = playback.controller();
         let mut state = state_document(&Still(controller.clone()), BTreeMap::new());
         let moves = self.courses.step(event, moment.at, controller);
-        if let Some(state) = state.as_object_mut() {
-            // The page knows the moment, and counts the findings among the events.
-            for key in ["t", "time_mode", "findings"] {
-                state.shift_remove(key);
-            }
-        }
+        without_moment(&mut state);
         if moves && let Some(old) = self.last.get("arm").cloned() {
             for key in OF_MOTION {
                 if let Some(value) = old.get(key) {

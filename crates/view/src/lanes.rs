@@ -414,6 +414,24 @@ impl Lanes {
         }
     }
 
+    /// Takes what a status of a real robot tells: mode, alarm, and the numbers of the inputs and outputs that are on.
+    pub fn observed(&mut self, place: Place, mode: &str, alarm: &str, (inputs, outputs): (&[u16], &[u16])) {
+        self.end = place;
+        self.set(LaneId::Panel, place, Level::Plain, mode);
+        self.set(LaneId::Alarms, place, Level::Error, alarm);
+        for line in Signals::numbers() {
+            let on = |lines: &[u16]| if lines.contains(&line) { "on" } else { "" };
+            self.set(LaneId::Input(line), place, Level::Plain, on(inputs));
+            self.set(LaneId::Output(line), place, Level::Plain, on(outputs));
+        }
+    }
+
+    /// Takes the line that a status of a real robot tells, while a program runs.
+    pub fn observed_line(&mut self, place: Place, line: Option<u16>) {
+        let label = line.map(|line| format!("line {line}")).unwrap_or_default();
+        self.set(LaneId::Task(1), place, Level::Plain, &label);
+    }
+
     fn tasks(&mut self, place: Place, controller: &Controller) {
         let runs = controller.program_runs();
         let (executed, _) = controller.steps();

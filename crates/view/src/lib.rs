@@ -16,6 +16,7 @@ pub mod key;
 pub mod lanes;
 pub mod list;
 pub mod patch;
+pub mod robot;
 pub mod run;
 pub mod serve;
 pub mod summary;

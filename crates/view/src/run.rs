@@ -4,6 +4,7 @@
 
 use crate::key::{KeyError, MomentKey};
 use crate::lanes::{Lanes, Place};
+use crate::robot::{self, Observed};
 use crate::why::{Answer, Answers, Question};
 use serde::Serialize;
 use serde_json::Value;
@@ -11,8 +12,8 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use tokio::sync::{Semaphore, watch};
 use ts3100_control::DriverHandle;
 use ts3100_control::journal::{Journal, JournalWriter};
-use ts3100_control::recorded::{NoMoment, state_document};
-use ts3100_controller::Time;
+use ts3100_control::recorded::{NoMoment, arm_document, state_document};
+use ts3100_controller::{Controller, Time};
 use ts3100_driver::driver::request::Still;
 use ts3100_recording::diff::Candidate;
 use ts3100_recording::replay::{Comparison, Departure, Keyframes, Moment, Playback, Step};
@@ -37,9 +38,24 @@ pub struct Run {
     answers: Answers,
 }
 
+/// A moment by its last event and its time.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Entry {
+    pub event: u64,
+    pub at: Time,
+}
+
+/// Where a moment comes from.
+enum Source {
+    /// The recording is played to an emulator.
+    Emulator(Keyframes),
+    /// A real robot was recorded.
+    Robot(Box<Observed>),
+}
+
 /// What opening has found so far.
 struct Opened {
-    keyframes: Keyframes,
+    source: Source,
     /// Of each event, how many records had happened by then.
     records_of: Vec<u32>,
     /// Of each record that was played, the number of the last event by then.
@@ -74,6 +90,9 @@ pub struct RunInfo<'a> {
     origin: &'a str,
     /// `emulator`: every moment is known. `robot`: what its traffic tells is known.
     kind: &'static str,
+    /// Keys of the state that are not known.
+    #[serde(skip_serializing_if = "<[_]>::is_empty")]
+    unknown: &'static [&'static str],
     /// Number of events so far.
     events: u64,
     /// Whether the timeline is whole.
@@ -103,7 +122,7 @@ impl Run {
             journal,
             streams: Arc::new(Semaphore::new(MAX_STREAMS)),
             opened: Mutex::new(Opened {
-                keyframes,
+                source: Source::Emulator(keyframes),
                 records_of: Vec::new(),
                 event_of: Vec::new(),
                 lanes: Lanes::default(),
@@ -120,6 +139,35 @@ impl Run {
             comparison,
         };
         (run, opening)
+    }
+
+    /// Opens a recording of a real robot. `template` is a controller of the same model.
+    pub fn open_robot(name: &str, recording: Recording, template: Controller) -> Arc<Run> {
+        let journal = Arc::new(Journal::new(MAX_EVENTS, Arc::default()));
+        let (observed, places) = robot::observe(&recording, template, &journal);
+        Arc::new(Run {
+            name: name.to_owned(),
+            epochs: epochs(&recording),
+            recording: Arc::new(recording),
+            journal,
+            streams: Arc::new(Semaphore::new(MAX_STREAMS)),
+            opened: Mutex::new(Opened {
+                source: Source::Robot(Box::new(observed)),
+                records_of: places.records_of,
+                event_of: places.event_of,
+                lanes: places.lanes,
+                departure: None,
+                complete: true,
+                most_steps: 0,
+            }),
+            progress: watch::Sender::new(0),
+            answers: Answers::default(),
+        })
+    }
+
+    /// Whether a real robot was recorded, of which only the traffic is known.
+    pub fn is_of_robot(&self) -> bool {
+        matches!(self.opened().source, Source::Robot(_))
     }
 
     /// The state is consistent between any two statements, so a poisoned lock can be used.
@@ -154,7 +202,10 @@ impl Run {
 
     /// The most steps from a copy to a moment, in the part that has been played.
     pub fn keyframe_interval(&self) -> u64 {
-        self.opened().keyframes.interval()
+        match &self.opened().source {
+            Source::Emulator(keyframes) => keyframes.interval(),
+            Source::Robot(_) => 0,
+        }
     }
 
     /// The most steps that a moment took so far.
@@ -191,7 +242,14 @@ impl Run {
         RunInfo {
             name: &self.name,
             origin: &self.recording.header.origin,
-            kind: "emulator",
+            kind: match opened.source {
+                Source::Emulator(_) => "emulator",
+                Source::Robot(_) => "robot",
+            },
+            unknown: match opened.source {
+                Source::Emulator(_) => &[],
+                Source::Robot(_) => &robot::UNKNOWN,
+            },
             events: self.journal.next_number() - 1,
             complete: opened.complete,
             played,
@@ -280,11 +338,13 @@ impl Run {
         Moment { records, at }
     }
 
-    /// The run at a moment, and the number of the last event by then.
+    /// The run at a moment, and the number of the last event by then; `None` of a real robot.
     pub fn seek(&self, moment: Moment) -> Option<(Playback, u64)> {
-        let keyframes = self.opened().keyframes.near(moment)?;
-        let before = keyframes.steps();
-        let mut playback = keyframes;
+        let mut playback = match &self.opened().source {
+            Source::Emulator(keyframes) => keyframes.near(moment)?,
+            Source::Robot(_) => return None,
+        };
+        let before = playback.steps();
         playback.play_to(moment);
         let steps = playback.steps() - before;
         let mut opened = self.opened();
@@ -298,10 +358,21 @@ impl Run {
         self.opened().records_of.clone()
     }
 
-    /// The run at its start.
+    /// The run at its start; `None` of a real robot.
     pub(crate) fn start(&self) -> Option<Playback> {
         let (records, at) = (0, Time::ZERO);
-        self.opened().keyframes.near(Moment { records, at })
+        match &self.opened().source {
+            Source::Emulator(keyframes) => keyframes.near(Moment { records, at }),
+            Source::Robot(_) => None,
+        }
+    }
+
+    /// The events after which the traffic of a real robot tells something.
+    pub(crate) fn observations(&self) -> Vec<u64> {
+        match &self.opened().source {
+            Source::Emulator(_) => Vec::new(),
+            Source::Robot(observed) => observed.changes().collect(),
+        }
     }
 
     pub(crate) fn recording(&self) -> &Recording {
@@ -334,10 +405,41 @@ impl Run {
     /// # Errors
     /// There is no such moment.
     pub fn state(&self, key: MomentKey) -> Result<Value, NoMoment> {
-        let found = self.seek(self.moment(key)?);
-        let (playback, last) = found.ok_or_else(|| NoMoment("the run has no beginning".to_owned()))?;
-        let findings = self.journal.as_of(last).findings_by_rule();
-        Ok(state_document(&Still(playback.controller().clone()), findings))
+        let (still, entry) = self.still(key)?;
+        let findings = self.journal.as_of(entry.event).findings_by_rule();
+        Ok(match &self.opened().source {
+            Source::Emulator(_) => state_document(&still, findings),
+            Source::Robot(observed) => observed.state(entry, findings),
+        })
+    }
+
+    /// The document of `/arm` at a moment.
+    ///
+    /// # Errors
+    /// There is no such moment.
+    pub fn arm(&self, key: MomentKey) -> Result<Value, NoMoment> {
+        let (still, entry) = self.still(key)?;
+        Ok(match &self.opened().source {
+            Source::Emulator(_) => arm_document(&still),
+            Source::Robot(observed) => observed.arm(entry.event),
+        })
+    }
+
+    /// The controller at a moment, of a real robot one of its model, and the last event by then.
+    fn still(&self, key: MomentKey) -> Result<(Still, Entry), NoMoment> {
+        let moment = self.moment(key)?;
+        let opened = self.opened();
+        if let Source::Robot(observed) = &opened.source {
+            let last = self.last_event(&opened, moment);
+            let event = key.event.unwrap_or(last);
+            let still = Still(observed.template().clone());
+            return Ok((still, Entry { event, at: moment.at }));
+        }
+        drop(opened);
+        let found = self.seek(moment);
+        let (playback, event) = found.ok_or_else(|| NoMoment("the run has no beginning".to_owned()))?;
+        let still = Still(playback.controller().clone());
+        Ok((still, Entry { event, at: moment.at }))
     }
 
     /// A moment in the address of the page: `t=12.4&e=118`.
@@ -357,16 +459,24 @@ impl Run {
     /// # Errors
     /// There is no such moment.
     pub fn handle(&self, key: Option<&str>) -> Result<DriverHandle, NoMoment> {
-        let moment = match key.map(str::parse) {
-            Some(Ok(key)) => self.moment(key)?,
+        let key = match key.map(str::parse) {
+            Some(Ok(key)) => key,
             Some(Err(error)) => return Err(NoMoment(KeyError::to_string(&error))),
-            None => self.end(),
+            None => self.last_key(),
         };
-        let found = self.seek(moment);
-        let (playback, last) = found.ok_or_else(|| NoMoment("the run has no beginning".to_owned()))?;
-        let journal = Arc::new(self.journal.as_of(last));
-        let still = Still(playback.controller().clone());
+        let (still, entry) = self.still(key)?;
+        let journal = Arc::new(self.journal.as_of(entry.event));
         Ok(DriverHandle::recorded(still, journal, Arc::clone(&self.streams)))
+    }
+
+    /// The end of the run so far.
+    fn last_key(&self) -> MomentKey {
+        let event = self.journal.next_number() - 1;
+        let at = Some(self.end().at);
+        MomentKey {
+            event: Some(event),
+            at,
+        }
     }
 }
 
@@ -391,7 +501,9 @@ impl Opening {
                 break;
             };
             self.note(&mut opened, Some(step));
-            opened.keyframes.note(&self.playback);
+            if let Source::Emulator(keyframes) = &mut opened.source {
+                keyframes.note(&self.playback);
+            }
         }
         let is_complete = opened.complete;
         let played = opened.event_of.len();

@@ -9,16 +9,16 @@
 //! | `/trace/hits?line=7&file=PICK&value=N&until=KEY` | Executions of a line |
 //! | `/moments/KEY/...` | The control interface at a moment; see [`MomentKey`](crate::key::MomentKey) |
 
-use crate::key::MomentKey;
+use crate::key::{KeyError, MomentKey};
 use crate::run::Run;
 use crate::why::{Found, Question};
-use axum::extract::{Query, State};
+use axum::extract::{Path, Query, State};
 use axum::http::StatusCode;
 use axum::response::{IntoResponse, Response};
 use axum::routing::get;
 use axum::{Json, Router};
 use serde::{Deserialize, Serialize};
-use serde_json::json;
+use serde_json::{Value, json};
 use std::sync::Arc;
 use tokio::task::spawn_blocking;
 use ts3100_control::event::NumberedEvent;
@@ -49,6 +49,14 @@ pub fn serve(run: &Arc<Run>, server: Server) {
             get(async |State(run): State<Arc<Run>>| Json(run.lanes())),
         )
         .route("/trace/events", get(get_events))
+        .route(
+            "/moments/{key}/state",
+            get(async |key, State(run): State<Arc<Run>>| document(key, run, Run::state).await),
+        )
+        .route(
+            "/moments/{key}/arm",
+            get(async |key, State(run): State<Arc<Run>>| document(key, run, Run::arm).await),
+        )
         .route("/trace/changes", get(get_changes))
         .route("/trace/hits", get(get_hits))
         .with_state(Arc::clone(run));
@@ -155,6 +163,23 @@ async fn answer(run: Arc<Run>, question: Question, until: Option<String>) -> Res
             let more = count - found.len() as u64;
             Json(json!({ key: found, "next": next, "more": more })).into_response()
         }
+        Err(_) => refusal("the question was given up"),
+    }
+}
+
+/// A document of a moment that the run itself has: of a real robot no controller has it.
+async fn document(
+    Path(key): Path<String>,
+    run: Arc<Run>,
+    read: fn(&Run, MomentKey) -> Result<Value, NoMoment>,
+) -> Response {
+    let key = match key.parse() {
+        Ok(key) => key,
+        Err(error) => return refusal(&KeyError::to_string(&error)),
+    };
+    match spawn_blocking(move || read(&run, key)).await {
+        Ok(Ok(document)) => Json(document).into_response(),
+        Ok(Err(NoMoment(told))) => (StatusCode::NOT_FOUND, Json(json!({ "error": told }))).into_response(),
         Err(_) => refusal("the question was given up"),
     }
 }

@@ -146,13 +146,29 @@ pub(super) fn run(args: &ViewArgs) -> anyhow::Result<u8> {
     let recording = read(&args.recording)?;
     recording.has_beginning(Path::new(&args.recording))?;
     let settings = settings(&args.robot, &recording.header)?;
-    let (run, opening) = Run::open(&args.recording, recording, loading::candidate(&settings)?);
+    let candidate = loading::candidate(&settings)?;
+    let (run, opening) = if recording.header.is_of_robot() {
+        (
+            Run::open_robot(&args.recording, recording, candidate.controller),
+            None,
+        )
+    } else {
+        let (run, opening) = Run::open(&args.recording, recording, candidate);
+        (run, Some(opening))
+    };
     let prints = args.list || args.summary || args.json || args.html.is_some();
     if !prints && args.why.is_none() && args.watch.is_none() {
         single_threaded()?.block_on(serve_run(args, &run, opening))?;
         return Ok(0);
     }
-    opening.finish();
+    if let Some(opening) = opening {
+        opening.finish();
+    } else if args.why.is_some() || args.watch.is_some() {
+        bail!(
+            "{}: a recording of a real robot has its traffic alone, so nothing tells what changed a value",
+            args.recording
+        );
+    }
     let key = key(args, &run)?;
     if let Some(path) = &args.html {
         let page = html::page(&run)?;
@@ -263,7 +279,7 @@ fn show<T: Serialize>(json: bool, value: &T, text: impl FnOnce() -> String) -> a
     }
 }
 
-async fn serve_run(args: &ViewArgs, run: &Arc<Run>, opening: Opening) -> anyhow::Result<()> {
+async fn serve_run(args: &ViewArgs, run: &Arc<Run>, opening: Option<Opening>) -> anyhow::Result<()> {
     let stop = stop_signal().context("cannot listen for signals")?;
     let ControlChoice::Address(address) = args.control else {
         bail!("--control: expected an address, since the page is served there");
@@ -275,7 +291,7 @@ async fn serve_run(args: &ViewArgs, run: &Arc<Run>, opening: Opening) -> anyhow:
     let server = bind_control(&control)?;
     let address: SocketAddr = server.address();
     serve::serve(run, server);
-    let opened = tokio::task::spawn_blocking(move || opening.finish());
+    let opened = tokio::task::spawn_blocking(move || opening.map(Opening::finish));
     let moment = if args.first.is_some() || args.event.is_some() || args.at.is_some() {
         opened.await?;
         let key = key(args, run)?.unwrap_or_default();
