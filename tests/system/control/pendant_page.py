@@ -15,26 +15,21 @@ import contextlib
 import http.client
 import os
 import re
-import shutil
 import signal
 import socket
 import sys
 import threading
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 
-from axe_playwright_python.sync_playwright import Axe
-from playwright.sync_api import expect, sync_playwright
+from playwright.sync_api import expect
 
 sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "lib"))
+from browser import LIMIT, SIZES, accessible, chromium, closed, in_sight, opened  # noqa: E402
 from emulator import Emulator  # noqa: E402
 from pendant_session import POINTS, PROGRAM, session  # noqa: E402
 from steps import program, serving  # noqa: E402
 
-CHROMIUM = shutil.which("chromium") or "/usr/bin/chromium"
-FLAGS = ["--no-sandbox", "--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"]
-SIZES = {"desktop": (1440, 900), "tablet": (820, 1180), "phone": (390, 844)}
 VIEWS = ("program", "panel", "pendant", "lines", "traffic", "lab")
-LIMIT = 20_000
 FIRST_PAINT = 1_000
 ROUNDS = 5
 METHODS = ("get", "put", "post", "delete", "patch")
@@ -88,36 +83,6 @@ def proxy(url):
     finally:
         server.shutdown()
         server.server_close()
-
-
-def opened(browser, url, size="desktop", dark=False):
-    """The page of a robot, in a browser or one of its contexts; an error of a script fails the test."""
-    width, height = SIZES[size]
-    page = browser.new_page() if hasattr(browser, "pages") else browser.new_page(viewport={"width": width, "height": height}, color_scheme="dark" if dark else "light")
-    page.set_default_timeout(LIMIT)
-    page.errors = []
-    page.on("pageerror", lambda error: page.errors.append(str(error)))
-    page.goto(url)
-    expect(page.locator("#link")).to_have_text("connected", timeout=LIMIT)
-    return page
-
-
-def closed(page):
-    page.close()
-    if page.errors:
-        sys.exit("the page failed: %s" % page.errors)
-
-
-def accessible(page, name):
-    """Nothing sideways, nothing that axe calls serious."""
-    wide = page.evaluate("document.documentElement.scrollWidth - document.documentElement.clientWidth")
-    if wide > 0:
-        sys.exit("%s: the page is %d pixels wider than the screen" % (name, wide))
-    found = [one for one in Axe().run(page).response["violations"] if one["impact"] in ("serious", "critical")]
-    for one in found:
-        print(name, one["id"], one["help"], [node["html"][:120] for node in one["nodes"][:3]])
-    if found:
-        sys.exit("%s: axe found what is serious" % name)
 
 
 def looks(browser, url, pictures):
@@ -210,13 +175,6 @@ def token(browser, binary):
             expect(page.locator("#ask")).to_be_hidden()
             page.close()
     print("ok   a missing token, a wrong one, and the right one")
-
-
-def in_sight(page, locator, what):
-    """The whole box is inside the viewport."""
-    box, size = locator.bounding_box(), page.viewport_size
-    if not box or box["x"] < 0 or box["y"] < 0 or box["x"] + box["width"] > size["width"] or box["y"] + box["height"] > size["height"]:
-        sys.exit("%s is not in sight: %s in %s" % (what, box, size))
 
 
 def everywhere(page, state):
@@ -615,8 +573,7 @@ def main():
     binary = options.serve
     if options.pictures:
         os.makedirs(options.pictures, exist_ok=True)
-    with sync_playwright() as playwright:
-        browser = playwright.chromium.launch(executable_path=CHROMIUM, args=FLAGS)
+    with chromium() as browser:
         if options.picture:
             picture(browser, binary, options.picture)
             return
@@ -636,7 +593,6 @@ def main():
         frozen(browser, binary)
         several(browser, binary, options.pictures)
         sessions(browser, binary)
-        browser.close()
 
 
 if __name__ == "__main__":
