@@ -16,8 +16,12 @@ use std::io::Write as _;
 use ts3100_control::{ui_names, ui_text};
 
 /// The page, and the views that it loads when they are looked at.
-const ROOTS: [&str; 8] = [
+const ROOTS: [&str; 12] = [
     "main.js",
+    "recorded.js",
+    "embedded.js",
+    "timeline.js",
+    "jumps.js",
     "arm.js",
     "arm3d.js",
     "program.js",

@@ -3,7 +3,7 @@
 // The pose is that of the state, which `robot` keeps up to date. What else a picture needs (model, coordinate systems, path) is
 // read when a motion begins or ends. The picture in 3D is a module of its own, which is loaded when it is first looked at.
 
-import {fixed, list, make, makeSvg, mark, say} from "./dom.js";
+import {LOCKED, fixed, ifKnown, list, load, make, makeSvg, mark, say} from "./dom.js";
 import {labels} from "./labels.js";
 import {along, chain, distance, floor, frame, IDENTITY, origin, place, reach, times} from "./links.js";
 
@@ -171,12 +171,13 @@ export function create(robot) {
   const state3d = make("button", {type: "button", class: "toggle", "aria-pressed": "false", title: "In 3D, or from the top and from the side", onclick: () => setSpace(!wanted)}, "3D");
   const element = make("div", {class: "arm"}, room, pictures, state3d, 
     make("details", {class: "axes", open: !SMALL.matches}, make("summary", {}, "Axes and position"), make("div", {class: "values"}, joints.element, position.element)));
-  let picture = null, points = [], trace = [], shown = false, wanted, space = null, seen = "", before = null, file = "", own = new Map();
+  let picture = null, points = [], trace = [], since = [], shown = false, wanted, space = null, seen = "", before = null, readAt, file = "", own = new Map();
 
   function draw() {
     const {arm} = robot.state, {model, tool} = picture, posture = chain(model, arm.joints, tool);
     const near = arm.joints.map((joint, at) => limit(model.axes[at], joint)), at = origin(posture.tool), last = trace.at(-1);
-    if (arm.moving && (!last || distance(at, last) > STEP)) {
+    if (LOCKED) leave(at);
+    else if (arm.moving && (!last || distance(at, last) > STEP)) {
       trace.push(at);
       if (trace.length > TRACE) trace.shift();
     }
@@ -189,14 +190,27 @@ export function create(robot) {
     if (wanted) space?.draw(scene);
   }
 
+  /** Of a recorded run the path is that of the last seconds; after a jump there is none. */
+  function leave(at) {
+    const {t} = robot.state;
+    if (!robot.continues) [trace, since] = [[], []];
+    if (!trace.length || distance(at, trace.at(-1)) > STEP) {
+      trace.push(at);
+      since.push(t);
+    }
+    const old = Math.max(trace.length - TRACE, since.findIndex(one => one >= t - robot.tail));
+    if (old > 0) [trace, since] = [trace.slice(old), since.slice(old)];
+  }
+
   /** Reads what a picture needs besides the pose. */
   async function read() {
+    readAt = robot.moment;
     try {
       const found = await robot.get("arm");
       // The model is kept, so that it can be told from another one by its identity.
       if (picture && JSON.stringify(picture.model) === JSON.stringify(found.model)) found.model = picture.model;
-      if (!found.path.length && picture) found.path = picture.path;
-      if (picture && found.t < picture.t) [trace, found.path] = [[], []];
+      if (!found.path.length && picture && !LOCKED) found.path = picture.path;
+      if (picture && found.t < picture.t && !LOCKED) [trace, found.path] = [[], []];
       picture = found;
     } catch { seen = ""; }
   }
@@ -217,7 +231,7 @@ export function create(robot) {
     room.hidden = !on;
     pictures.hidden = on && !TALL.matches;
     try {
-      if (on) space ??= (await import("./arm3d.js")).create(room);
+      if (on) space ??= (await load("arm3d.js")).create(room);
     } catch (error) {
       console.warn(error);
       state3d.disabled = true;
@@ -237,6 +251,11 @@ export function create(robot) {
     if (robot.lines.length && !own.size) own = works(robot.lines.join("\n"));
     const key = arm.moving ? "moving" : JSON.stringify([arm, state.file]), old = !begun && key === seen;
     seen = key;
+    // While the moment is dragged its motions change too fast to be read.
+    if (robot.busy && picture) {
+      if (!robot.playing) picture.path = [];
+      if (!robot.playing || !begun) return redraw();
+    }
     // Drawn at once, with the same pose as everything else; what is read now is drawn when it is there.
     redraw();
     if (old) return;
@@ -251,8 +270,13 @@ export function create(robot) {
   }
 
   TALL.addEventListener("change", () => setSpace(wanted));
+  robot.on("settled", moment => {
+    if (!shown || moment === readAt) return;
+    seen = "";
+    look(robot.state);
+  });
   return {
-    element,
+    element: ifKnown(robot, ["arm"], element, "Arm"),
     state(state) {
       position.name(state.arm.work_name);
       if (shown) look(state);

@@ -1,5 +1,25 @@
 // Makes elements, formats values, and shows why a call was refused. No view needs more of the DOM than this.
 
+/** Whether the page shows a recorded run, which `ts3100 view` serves, or which is in the page itself. */
+const {recorded} = document.documentElement.dataset;
+export const EMBEDDED = recorded === "embedded";
+/** Why nothing can be changed; empty on the page of a robot. */
+export const LOCKED = recorded ? "this is a recorded run, and nothing in it can be changed" : "";
+
+/** A module of the page, when it is first needed. In a page of one file it may come after this one. */
+export async function load(name) {
+  await undefined;
+  return import("./" + name);
+}
+
+/** The styles of a view, when they are first needed. */
+export function loadStyle(name) {
+  if (EMBEDDED) return Promise.resolve();
+  const style = make("link", {rel: "stylesheet", href: "ui/" + name}), styled = new Promise(done => { style.onload = style.onerror = done; });
+  document.head.append(style);
+  return styled;
+}
+
 /** An element: `make("button", {class: "big", onclick: f}, "START")`. Properties that are undefined are left out. */
 export function make(name, properties = {}, ...children) {
   const element = document.createElement(name);
@@ -26,9 +46,9 @@ function set(element, properties) {
   }
 }
 
-/** The text as a link to the page that explains the code. */
+/** The text as a link to the page that explains the code. A page in one file is without the book. */
 export function explained(code, text = code) {
-  return make("a", {href: "book/explain/" + encodeURIComponent(code), target: "_blank"}, text);
+  return EMBEDDED ? make("span", {}, text) : make("a", {href: "book/explain/" + encodeURIComponent(code), target: "_blank"}, text);
 }
 
 /** Sets the text if it is another one: what has not changed is not laid out again. */
@@ -80,10 +100,11 @@ function tell(reason, text) {
 
 /**
  * A button. It is busy during its call. The reason of a refusal appears next to it until the next button is pressed.
+ * If it changes nothing, `reads` says so: it can be pressed in a recorded run too.
  */
-export function button(label, call, properties = {}) {
-  const reason = make("output", {class: "reason", role: "alert"});
-  const pressed = make("button", {type: "button", ...properties, onclick: async () => {
+export function button(label, call, {reads = false, ...properties} = {}) {
+  const reason = make("output", {class: "reason", role: "alert"}), locked = LOCKED && !reads ? {disabled: true, title: "Not possible: " + LOCKED} : {};
+  const pressed = make("button", {type: "button", ...properties, ...locked, onclick: async () => {
     if (lastReason) say(lastReason, "");
     lastReason = reason;
     pressed.setAttribute("aria-busy", "true");
@@ -106,4 +127,30 @@ export function choice(label, words, call) {
 export function toggle(label, call, properties) {
   const made = button(label, () => call(made.button.getAttribute("aria-pressed") !== "true"), {"aria-pressed": "false", ...properties});
   return {...made, show: on => mark(made.button, "aria-pressed", on)};
+}
+
+/** Puts a text into the clipboard. */
+export async function copy(text) {
+  if (navigator.clipboard) return navigator.clipboard.writeText(text);
+  // Without TLS only a local page has the clipboard.
+  const area = make("textarea", {});
+  area.value = text;
+  document.body.append(area);
+  area.select();
+  const done = document.execCommand("copy");
+  area.remove();
+  if (!done) throw new Error("cannot copy: the browser does not allow it");
+}
+
+/**
+ * The element, or that what it shows is not known: a recording of a real robot tells some fields of the state from a moment on,
+ * and others never.
+ */
+export function ifKnown(feed, fields, element, label) {
+  if (!LOCKED) return element;
+  const missing = make("section", {class: "unknown", "aria-label": label, hidden: true}, make("h3", {}, label), make("p", {class: "empty"}, "not known"));
+  const look = () => { element.hidden = !(missing.hidden = feed.known(...fields)); };
+  feed.on("state", look);
+  look();
+  return make("div", {class: "known"}, element, missing);
 }

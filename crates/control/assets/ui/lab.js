@@ -1,7 +1,7 @@
 // The lab: what nobody can do to a real robot. The clock, faults on purpose, snapshots, a scenario, and what hosts have reached.
 
 import {make, button, choice, explained, fixed, list, mark, say} from "./dom.js";
-import {atMost} from "./robot.js";
+import {atMost} from "./feed.js";
 
 const LOOK = 1000;          // between two readings of the scenario and of the coverage, in ms
 const DIFFERENCES = 300;    // differences of two snapshots that are listed

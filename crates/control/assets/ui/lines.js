@@ -1,9 +1,10 @@
 // The digital lines: all inputs and outputs as lamps, and beside them what a host reads in the status frame.
 //
-// A click sets or clears a line. The menu of a line pulses, forces and releases it. Only lines that changed are touched.
+// A click sets or clears a line. The menu of a line pulses, forces and releases it. Only lines that changed are touched. Of a
+// recorded run a click lists what has changed the line.
 
-import {make, list, mark, say} from "./dom.js";
-import {atMost} from "./robot.js";
+import {LOCKED, ifKnown, load, make, list, mark, say} from "./dom.js";
+import {atMost} from "./feed.js";
 
 const GROUPS = [["General", 1, 64], ["System signals", 249, 264], ["Extension", 101, 164], ["System", 201, 248]];
 const FRAME_EVERY = 500;   // ms between two readings of the status frame
@@ -35,17 +36,21 @@ function side(robot, kind, title, menu) {
     catch (error) { say(reason, word + " " + line.number + ": " + error.message); throw error; }
   }
 
+  /** What has changed a line of a recorded run. */
+  const why = line => load("jumps.js").then(module => module.openChanges(robot, line.lamp, (kind === "inputs" ? "din." : "dout.") + line.number, word + " " + line.number));
+
   for (const [name, first, last] of GROUPS) {
     const cells = make("div", {class: "cells"});
     for (let number = first; number <= last; number += 1) {
       const line = {number, name: "", on: false, forced: false, call};
       line.text = make("span", {class: "name"});
-      line.lamp = make("button", {type: "button", role: "switch", "aria-checked": "false", class: "line", tabindex: "-1", title: "Set or clear"},
+      line.lamp = make("button", {type: "button", class: "line", tabindex: "-1",
+        ...(LOCKED ? {"aria-pressed": "false", "aria-haspopup": "dialog", title: "Why? What has changed it, and when"} : {role: "switch", "aria-checked": "false", title: "Set or clear"})},
         make("i", {"aria-hidden": "true"}), String(number), line.text);
       line.more = make("button", {type: "button", class: "more", "aria-haspopup": "menu", tabindex: "-1", title: "Pulse, force, release"}, "\u22ee");
-      line.cell = make("span", {class: "cell"}, line.lamp, line.more);
-      line.lamp.addEventListener("click", () => call(line, "PUT", "", {on: !line.on}).catch(() => {}));
-      line.lamp.addEventListener("contextmenu", event => { event.preventDefault(); menu.open(line, line.lamp); });
+      line.cell = make("span", {class: "cell"}, line.lamp, LOCKED ? "" : line.more);
+      line.lamp.addEventListener("click", () => { if (LOCKED) why(line); else call(line, "PUT", "", {on: !line.on}).catch(() => {}); });
+      if (!LOCKED) line.lamp.addEventListener("contextmenu", event => { event.preventDefault(); menu.open(line, line.lamp); });
       line.more.addEventListener("click", () => menu.open(line, line.more));
       named(line);
       cells.append(line.cell);
@@ -78,7 +83,7 @@ function side(robot, kind, title, menu) {
     if (event.key === "ArrowRight") next = buttons[at + 1];
     else if (event.key === "ArrowLeft") next = buttons[at - 1];
     else if (event.key === "Home") next = buttons[0];
-    else if (event.key === "End") next = buttons.at(-2);
+    else if (event.key === "End") next = buttons.at(LOCKED ? -1 : -2);
     else if (event.key === "ArrowDown" || event.key === "ArrowUp") next = nextRow(buttons, event.target, event.key === "ArrowDown");
     else return;
     event.preventDefault();
@@ -118,7 +123,7 @@ function side(robot, kind, title, menu) {
         if (isOn === line.on && isForced === line.forced) continue;
         line.on = isOn;
         line.forced = isForced;
-        mark(line.lamp, "aria-checked", isOn);
+        mark(line.lamp, LOCKED ? "aria-pressed" : "aria-checked", isOn);
         mark(line.cell, "data-forced", isForced);
         named(line);
         menu.changed(line);
@@ -204,8 +209,9 @@ export function create(robot) {
   const frame = make("section", {class: "frame", "aria-label": "What the host sees"}, make("h3", {}, "What the host sees (status frame SF)"), table);
   const element = make("div", {class: "io"},
     make("div", {class: "row tools"}, make("label", {for: "lines-search"}, "Search"), search, make("label", {}, only, " only on or forced")),
-    make("p", {class: "hint"}, "Click or press Space to set or clear. \u22ee pulses, forces and releases. Arrow keys move."),
-    make("div", {class: "both"}, inputs.element, outputs.element, frame), menu.element);
+    make("p", {class: "hint"}, LOCKED ? "Click a line, or press Enter, to list what has changed it. Arrow keys move."
+      : "Click or press Space to set or clear. \u22ee pulses, forces and releases. Arrow keys move."),
+    make("div", {class: "both"}, ifKnown(robot, ["inputs"], inputs.element, "Inputs"), ifKnown(robot, ["outputs"], outputs.element, "Outputs"), frame), menu.element);
 
   const filter = () => { inputs.filter(search.value, only.checked); outputs.filter(search.value, only.checked); };
   search.addEventListener("input", filter);
@@ -230,8 +236,12 @@ export function create(robot) {
       list(rows, fields, field => field.name, () => make("tr", {}, make("th", {scope: "row"}), make("td", {class: "mono"}), make("td")), (row, field) => {
         [field.name, field.value, field.meaning].forEach((text, at) => say(row.children[at], String(text ?? "")));
       });
-    } catch { /* at the next state */ }
+    } catch (error) {
+      // At the next state; of a recorded run it may not be known.
+      if (LOCKED) list(rows, [error.message], words => words, words => make("tr", {}, make("td", {colspan: "3"}, words)));
+    }
   });
+  robot.on("settled", readFrame);
   return {
     element,
     state(state) {
@@ -239,6 +249,7 @@ export function create(robot) {
       inputs.state(state.inputs);
       outputs.state(state.outputs);
       if (only.checked) filter();
+      if (robot.busy) return;
       if (!named) names();
       readFrame();
     },

@@ -1,6 +1,6 @@
 // The operator panel: the switches of the cabinet that are not in the bar.
 
-import {make, button, choice, toggle} from "./dom.js";
+import {LOCKED, ifKnown, make, button, choice, toggle} from "./dom.js";
 
 export function create(robot) {
   const key = choice("Key switch", [["teaching", "TEACHING"], ["internal", "INTERNAL"], ["ext", "EXT"]],
@@ -15,10 +15,12 @@ export function create(robot) {
   const lock = toggle("MACHINE LOCK", on => robot.put("machine-lock", {on}), {class: "lit attention", title: "Programs run, the arm does not move"});
   const safety = toggle("SAFETY SWITCH", open => robot.put("safety-switch", {open}), {class: "lit stopped", title: "Lit while it is open: servo power is off"});
   const battery = toggle("BATTERY LOW", low => robot.put("battery", {low}), {class: "lit attention", title: "The battery of the RAM drive"});
-  const keys = [power, reset, restart, lock, safety, battery];
+  const known = (field, made, label) => ifKnown(robot, [field], made.element, label);
   return {
-    element: make("div", {class: "panel"}, make("div", {class: "keys"}, ...keys.map(one => one.element)),
-      make("div", {class: "settings"}, key.element, right.element, mode.element)),
+    element: make("div", {class: "panel"}, LOCKED ? make("p", {class: "hint"}, "The panel as it was. Its keys cannot be pressed: " + LOCKED + ".") : "",
+      make("div", {class: "keys"}, known("power", power, "POWER"), ...(LOCKED ? [] : [reset.element, restart.element]), known("machine_lock", lock, "MACHINE LOCK"),
+        known("safety_open", safety, "SAFETY SWITCH"), known("battery_low", battery, "BATTERY LOW")),
+      make("div", {class: "settings"}, known("key_switch", key, "Key switch"), known("control_right", right, "Control right in EXT"), known("run_mode", mode, "Operation mode"))),
     state(state) {
       key.show(state.key_switch);
       right.show(state.control_right);

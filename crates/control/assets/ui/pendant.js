@@ -3,7 +3,7 @@
 // Jogging is hold to move. The call that moves an axis stays open while the key is held; ending the call stops the arm, and
 // `jog/stop` is sent as well. Whatever makes it doubtful that somebody still holds the key ends the call.
 
-import {make, button, choice, fixed, list, mark, say, toggle} from "./dom.js";
+import {LOCKED, ifKnown, make, button, choice, fixed, list, mark, say, toggle} from "./dom.js";
 import {status} from "./status.js";
 
 const COLUMNS = 40, ROWS = 14;     // the display, without its first and last line
@@ -124,10 +124,8 @@ function makeDisplay(robot) {
   screen.addEventListener("keydown", event => {
     if (event.ctrlKey || event.altKey || event.metaKey) return;
     const key = event.key;
-    if (/^[0-9.,-]$/.test(key)) type(key);
-    else if (key === "Enter") type("ENTER");
-    else if (key === "Backspace") type("BACK");
-    else if (key === "Delete" || key === "Escape") type("CLEAR");
+    const typing = LOCKED ? undefined : /^[0-9.,-]$/.test(key) ? key : {Enter: "ENTER", Backspace: "BACK", Delete: "CLEAR", Escape: "CLEAR"}[key];
+    if (typing) type(typing);
     else if (key === "ArrowUp") move(-1);
     else if (key === "ArrowDown") move(1);
     else if (key === "PageUp") move(-1, true);
@@ -157,7 +155,7 @@ function makeDisplay(robot) {
       const files = state.files.files;
       chosen = Math.max(0, Math.min(chosen, files.length - 1));
       const from = Math.floor(chosen / ROWS) * ROWS;
-      return {hint: "\u25b2 \u25bc  SELECT   * is selected", rows: files.slice(from, from + ROWS).map((file, at) => ({on: from + at === chosen,
+      return {hint: (LOCKED ? "\u25b2 \u25bc" : "\u25b2 \u25bc  SELECT") + "   * is selected", rows: files.slice(from, from + ROWS).map((file, at) => ({on: from + at === chosen,
         text: (file.name === state.files.selected ? "* " : "  ") + file.name.padEnd(14) + String(file.size).padStart(8) + " bytes"}))};
     }
     if (page === "tp") {
@@ -168,7 +166,7 @@ function makeDisplay(robot) {
       const end = all.length - back, rows = all.slice(Math.max(0, end - shown), end);
       while (rows.length < shown) rows.push("");
       rows.push(asked || typed ? "? " + typed.slice(2 - COLUMNS + 1) + "_" : "");
-      return {rows, hint: asked ? "INPUT waits: type a value, then ENTER" : back ? back + " rows below" : "\u25b2 \u25bc  earlier output"};
+      return {rows, hint: asked ? LOCKED ? "INPUT waits for a value" : "INPUT waits: type a value, then ENTER" : back ? back + " rows below" : "\u25b2 \u25bc  earlier output"};
     }
     return {rows: statusRows(state, robot.lines), hint: state.calendar};
   }
@@ -203,12 +201,14 @@ function makeDisplay(robot) {
     make("button", {type: "button", "aria-label": "Down", onclick: () => move(1)}, "\u25bc"),
     make("button", {type: "button", onclick: () => move(-1, true)}, "PAGE \u25b2"),
     make("button", {type: "button", onclick: () => move(1, true)}, "PAGE \u25bc"),
-    make("button", {type: "button", onclick: select}, "SELECT"));
+    LOCKED ? "" : make("button", {type: "button", onclick: select}, "SELECT"));
   const element = make("div", {class: "device"}, screen,
-    make("div", {class: "pages", role: "group", "aria-label": "Pages of the display"}, ...pages), paging, reason, pad,
-    make("p", {class: "hint"}, "While the display has the focus, type digits, Enter and the arrow keys."));
+    make("div", {class: "pages", role: "group", "aria-label": "Pages of the display"}, ...pages), paging, reason, LOCKED ? "" : pad,
+    make("p", {class: "hint"}, LOCKED ? "While the display has the focus, the arrow keys turn its pages. Its other keys are not there: " + LOCKED + "."
+      : "While the display has the focus, type digits, Enter and the arrow keys."));
   return {
     element, draw,
+    settled() { if (page === "alarms") readHistory(); },
     event(event) { if (page === "alarms" && (event.event === "alarm" || event.event === "alarms-reset")) readHistory(); },
     show() {
       opened = true;
@@ -361,17 +361,18 @@ function withPoint(text, name, values) {
 
 /** The positions of the selected file. */
 function makeTeach(robot) {
-  let positions = [], shown = false, file;
+  let positions = [], shown = false, file, unread = "";
   const rows = make("tbody");
   const table = make("table", {}, make("thead", {}, make("tr", {}, make("th", {scope: "col"}, "Name"), make("th", {scope: "col"}, "Values"),
-    make("th", {scope: "col"}, "Teach"))), rows);
+    LOCKED ? "" : make("th", {scope: "col"}, "Teach"))), rows);
   const none = make("p", {class: "empty", hidden: true}), more = make("p", {class: "empty", hidden: true});
   const told = make("p", {role: "status", class: "hint"});
   const name = make("input", {id: "pendant-point", size: "10", maxlength: "32", autocomplete: "off", spellcheck: "false"});
 
   async function read() {
     if (!shown) return;
-    try { positions = await robot.get("positions"); } catch { positions = []; }
+    unread = "";
+    try { positions = await robot.get("positions"); } catch (error) { [positions, unread] = [[], LOCKED && error.message]; }
     draw();
   }
 
@@ -405,11 +406,11 @@ function makeTeach(robot) {
   function draw() {
     list(rows, positions.slice(0, POSITIONS), one => one.name, one => {
       const made = button("TEACH", () => teach(one.name), {"aria-label": "Teach " + one.name});
-      return make("tr", {}, make("th", {scope: "row", class: "mono"}, one.name), make("td", {class: "mono"}), make("td", {}, made.element));
+      return make("tr", {}, make("th", {scope: "row", class: "mono"}, one.name), make("td", {class: "mono"}), LOCKED ? "" : make("td", {}, made.element));
     }, (row, one) => say(row.children[1], one.value ? position(one.value) : "not taught"));
     table.hidden = !positions.length;
     none.hidden = positions.length > 0;
-    say(none, file ? file + " has no positions." : "No file is selected.");
+    say(none, unread ? unread : file ? file + " has no positions." : "No file is selected.");
     more.hidden = positions.length <= POSITIONS;
     say(more, positions.length - POSITIONS + " more are not listed.");
   }
@@ -417,8 +418,9 @@ function makeTeach(robot) {
   return {
     element: make("section", {class: "teach", "aria-label": "Positions"}, make("h3", {}, "Positions of the selected file"),
       table, none, more,
-      make("div", {class: "row add"}, make("label", {for: "pendant-point"}, "New position"), name, add.element), told),
-    state(state) { if (state.file !== file) { file = state.file; read(); } },
+      LOCKED ? "" : make("div", {class: "row add"}, make("label", {for: "pendant-point"}, "New position"), name, add.element), told),
+    settled: read,
+    state(state) { if (state.file !== file && !robot.busy) { file = state.file; read(); } },
     event(event) { if (shown && ["stored", "selected", "status"].includes(event.event)) read(); },
     show() { shown = true; read(); },
     hide() { shown = false; },
@@ -428,8 +430,10 @@ function makeTeach(robot) {
 export function create(robot) {
   const display = makeDisplay(robot), jog = makeJog(robot), teach = makeTeach(robot);
   let shown = false;
+  robot.on("settled", () => { if (shown) for (const part of [display, teach]) part.settled(); });
   return {
-    element: make("div", {class: "pendant"}, display.element, make("div", {class: "hand"}, jog.element, teach.element)),
+    element: make("div", {class: "pendant"}, ifKnown(robot, ["pendant"], display.element, "Display"),
+      make("div", {class: "hand"}, LOCKED ? "" : jog.element, ifKnown(robot, ["variables"], teach.element, "Positions of the selected file"))),
     state(state) {
       if (!shown) return;
       display.draw();

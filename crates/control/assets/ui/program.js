@@ -1,6 +1,6 @@
 // The view of the program: its source or the editor, steps and breakpoints, tasks with their calls, variables, and the RAM drive.
 
-import {make, button, list, mark, say} from "./dom.js";
+import {LOCKED, ifKnown, make, button, list, mark, say} from "./dom.js";
 import {check, makeEditor} from "./editor.js";
 import {makeSource} from "./source.js";
 import {failingLine, status} from "./status.js";
@@ -71,7 +71,7 @@ export function create(robot) {
       lastText = typeof found.text === "string" ? found.text : "";
       told.hidden = typeof found.text === "string";
       say(told, wanted + " is a binary file: " + found.size + " bytes.");
-      source.text(lastText);
+      source.text(lastText, wanted);
       here();
       files(robot.state);
     } catch (error) {
@@ -104,14 +104,14 @@ export function create(robot) {
     if (key === seenFiles) return;
     seenFiles = key;
     list(rows, state.files.files, file => file.name, file => {
-      const show = button(file.name, async () => { guard(); follow = file.name === robot.state.file; await read(file.name); }, {class: "mono name"});
+      const show = button(file.name, async () => { guard(); follow = file.name === robot.state.file; await read(file.name); }, {class: "mono name", reads: true});
       const select = button("Select", async () => { guard(); await selectFile(file.name); follow = true; }, {"aria-label": "Select " + file.name});
       const erase = button("Erase", async () => {
         if (!confirm("Erase " + file.name + " from the RAM drive?")) return;
         await robot.remove(path(file.name));
         if (open === file.name) follow = true;
       }, {"aria-label": "Erase " + file.name});
-      return make("li", {}, show.element, make("span", {class: "size"}), select.element, erase.element);
+      return make("li", {}, show.element, make("span", {class: "size"}), ...(LOCKED ? [] : [select.element, erase.element]));
     }, (row, file) => {
       const [show] = row.querySelectorAll("button");
       mark(row, "data-selected", file.name === state.files.selected);
@@ -119,19 +119,19 @@ export function create(robot) {
       say(row.querySelector(".size"), file.size + " bytes" + (file.name === state.files.selected ? ", selected" : ""));
     });
     const total = state.files.files.reduce((sum, file) => sum + file.size, 0);
-    say(used, total + " of " + state.files.capacity + " bytes used. Drop a file anywhere on the page to put it onto the drive.");
+    say(used, total + " of " + state.files.capacity + " bytes used." + (LOCKED ? "" : " Drop a file anywhere on the page to put it onto the drive."));
   }
 
   const element = make("div", {class: "program"}, welcome.element,
-    make("div", {class: "row run"}, run.element, step.element, runTo.element, make("label", {for: "program-line", class: "sr"}, "Line"), line, restart.element),
+    LOCKED ? "" : make("div", {class: "row run"}, run.element, step.element, runTo.element, make("label", {for: "program-line", class: "sr"}, "Line"), line, restart.element),
     make("div", {class: "columns"},
-      make("section", {class: "code", "aria-label": "Program"}, make("div", {class: "head"}, title, edit.element), told, work, editor.element,
-        make("p", {class: "hint"}, "\u25b6 executed, \u203a analysed, \u2716 failed. Click a line number to set a breakpoint; arrow keys move.")),
+      ifKnown(robot, ["files"], make("section", {class: "code", "aria-label": "Program"}, make("div", {class: "head"}, title, LOCKED ? "" : edit.element), told, work, editor.element,
+        make("p", {class: "hint"}, "\u25b6 executed, \u203a analysed, \u2716 failed. Click a line number to " + (LOCKED ? "list when it was executed" : "set a breakpoint") + "; arrow keys move.")), "Program"),
       make("aside", {class: "side", "aria-label": "Drive, tasks and variables"},
-        make("section", {"aria-label": "Tasks"}, make("h3", {}, "Tasks and their calls"), noTask, make("table", {class: "tasks"}, tasks)),
-        make("section", {"aria-label": "RAM drive"}, make("h3", {}, "RAM drive"), rows, make("div", {class: "row new"},
-          make("label", {for: "program-new"}, "New file"), name, fresh.element), used),
-        variables.element)));
+        ifKnown(robot, ["tasks"], make("section", {"aria-label": "Tasks"}, make("h3", {}, "Tasks and their calls"), noTask, make("table", {class: "tasks"}, tasks)), "Tasks and their calls"),
+        ifKnown(robot, ["files"], make("section", {"aria-label": "RAM drive"}, make("h3", {}, "RAM drive"), rows, LOCKED ? "" : make("div", {class: "row new"},
+          make("label", {for: "program-new"}, "New file"), name, fresh.element), used), "RAM drive"),
+        ifKnown(robot, ["variables"], variables.element, "Variables"))));
 
   /** The local variables of a program, in one line. */
   const locals = (state, program) => state.variables.filter(one => one.name.startsWith(program + ".") && one.value)
@@ -171,6 +171,8 @@ export function create(robot) {
       if (event.event === "erased" && event.file === open) { open = ""; follow = true; lastText = ""; source.text(""); say(title, "no file selected"); }
       if (event.event === "selected") follow = true;
     },
+    /** Another text of the selected file, at a moment of a recorded run. */
+    text(file) { if (shown && file === open) read(open, true); },
     show() {
       shown = true;
       if (open && !editor.open) read(open, true);

@@ -4,6 +4,8 @@
 // pose is read once a frame and put into the state: every number on the page is of the same moment. Nothing is read while the
 // page is hidden.
 
+import {Feed} from "./feed.js";
+
 const PAUSE = 2000;      // before the stream of events is opened again, in ms
 const BUSY = 100;        // between two readings of the whole state, in ms
 const LINGER = 400;      // how long the pose is still read after the arm has come to rest, in ms
@@ -11,93 +13,25 @@ const SILENCE = 8000;    // after which a stream or a reading without a byte is 
 const KEPT = 5000;       // events kept for views that are opened later
 const KNOWN = 2000;      // within which a stream that goes on repeats the last event, in ms
 
-/** Why a call was refused: the words of the emulator. */
-class Refusal extends Error {
-  constructor(status, problem = {}) {
-    super(problem.error ?? problem.detail ?? (status ? "refused: " + status : "the emulator does not answer; is it still running?"));
-    this.status = status;
-    this.problem = problem;
-  }
-}
-
 /** Where a motion is held, and what may hold it: while this is the same, the arm rests. */
 const heldAt = ({arm, feed_hold: hold, status}) => String([arm.joints, hold, status]);
 
-/** A function that does `call` now, or as soon as `pause` ms have gone since the last time. */
-export function atMost(pause, call) {
-  let last = -Infinity, timer;
-  return () => {
-    if (timer !== undefined) return;
-    timer = setTimeout(() => {
-      timer = undefined;
-      last = performance.now();
-      call();
-    }, Math.max(0, last + pause - performance.now()));
-  };
-}
-
-/** The lines of a text, as the robot counts them. */
-export function splitLines(text) {
-  const lines = text.split(/\r\n|\n|\r/);
-  if (lines.length > 1 && lines.at(-1) === "") lines.pop();
-  return lines;
-}
-
-export class Robot {
-  constructor(base = new URL("./", location.href)) {
-    this.base = base;
-    this.state = null;
-    this.events = [];
-    this.first = 1;      // number of the first event that is kept
+export class Robot extends Feed {
+  constructor(base) {
+    super(base);
     this.next = 1;       // number of the next event
-    this.token = "";
-    this.listeners = {state: [], pose: [], event: [], link: [], reset: []};
-    this.link = "connecting";
     this.started = false;
     this.read = -BUSY;   // when the state was read
-    this.lines = [];     // of the selected file
-    this.file = "";
   }
 
-  on(kind, listener) { this.listeners[kind].push(listener); }
-
-  /** Tells everybody; the defect of one view does not stop the others. */
-  emit(kind, value) {
-    for (const listener of this.listeners[kind]) try { listener(value); } catch (error) { reportError(error); }
-  }
-
-  setLink(link) { if (link !== this.link) { this.link = link; this.emit("link", link); } }
-
-  headers(more = {}) { return this.token ? {...more, Authorization: "Bearer " + this.token} : more; }
-
-  /** The response of a call; a refusal is thrown. */
-  async fetch(method, path, body, options = {}) {
-    const headers = this.headers(body === undefined ? {} : {"Content-Type": "application/json"});
-    const text = body === undefined ? undefined : JSON.stringify(body);
-    let response;
-    try {
-      response = await fetch(new URL(path.replace(/^\//, ""), this.base), {method, headers, body: text, ...options});
-    } catch (error) {
-      // The words of a browser differ, and say nothing of the emulator.
-      throw options.signal?.aborted && options.signal.reason?.name !== "TimeoutError" ? error : new Refusal(0);
-    }
-    if (response.status === 401) this.setLink(this.token ? "wrong token" : "token");
-    if (!response.ok) throw new Refusal(response.status, await response.json().catch(() => ({})));
-    return response;
-  }
-
-  /** The document that a call answers; the state is read again after everything but GET. */
+  /** As of every feed; the state is read again after everything but GET. */
   async call(method, path, body, options) {
-    const response = await this.fetch(method, path, body, options);
-    const text = await response.text();
+    const found = await super.call(method, path, body, options);
     if (method !== "GET" && this.started) this.lookSoon();
-    return text && (response.headers.get("Content-Type") ?? "").includes("json") ? JSON.parse(text) : text;
+    return found;
   }
 
   get(path) { return this.call("GET", path, undefined, {signal: AbortSignal.timeout(SILENCE)}); }
-  put(path, body) { return this.call("PUT", path, body); }
-  post(path, body = {}) { return this.call("POST", path, body); }
-  remove(path) { return this.call("DELETE", path); }
 
   /** Begins to read; ends never. */
   start() {
@@ -179,21 +113,6 @@ export class Robot {
       arm: {...before.arm, joints: joints.slice(0, before.arm.joints.length), world, work, moving, percent}};
     this.shown = performance.now();
     this.emit("pose", this.state);
-  }
-
-  /** The lines of the selected file, read again when it was selected or stored. */
-  async readSource() {
-    const {file} = this.state;
-    if (file === this.file) return;
-    this.file = file;
-    this.lines = [];
-    if (!file) return;
-    try {
-      const {text} = await this.get("files/" + encodeURIComponent(file));
-      if (this.file !== file) return;
-      this.lines = splitLines(text ?? "");
-    } catch { return; }
-    this.emit("state", this.state);
   }
 
   async listen() {

@@ -1,8 +1,8 @@
 // The source of a file: its lines in colours, breakpoints, diagnostics, and the lines that are executed and that failed.
 
-import {make, mark, say} from "./dom.js";
+import {LOCKED, load, make, mark, say} from "./dom.js";
 import {diagnostic} from "./editor.js";
-import {splitLines} from "./robot.js";
+import {splitLines} from "./feed.js";
 import {coloured} from "./scol.js";
 
 const LINES = 3000;            // lines that are shown
@@ -36,7 +36,7 @@ export function makeSource(robot) {
 
   function take(found) {
     const next = new Set(found.lines);
-    for (const line of new Set([...breakpoints, ...next])) if (rows[line - 1]) mark(rows[line - 1].gutter, "aria-pressed", next.has(line));
+    for (const line of new Set([...breakpoints, ...next])) if (!LOCKED && rows[line - 1]) mark(rows[line - 1].gutter, "aria-pressed", next.has(line));
     breakpoints = next;
   }
 
@@ -65,12 +65,14 @@ export function makeSource(robot) {
     set onChoose(call) { onChoose = call; },
     breakpoints: lines => take({lines}),
     choose,
-    text(text) {
+    text(text, file) {
       const lines = splitLines(text), colour = text.length <= COLOURED;
       rows = lines.slice(0, LINES).map((line, at) => {
         const number = at + 1;
-        const gutter = make("button", {type: "button", class: "gutter", tabindex: "-1", "aria-label": "Breakpoint, line " + number,
-          "aria-pressed": String(breakpoints.has(number)), onclick: () => { choose(number); flip(number); }}, String(number));
+        const gutter = LOCKED ? make("button", {type: "button", class: "gutter", tabindex: "-1", "aria-label": "Line " + number + ", when it was executed", "aria-haspopup": "dialog",
+          title: "When this line was executed", onclick: () => { choose(number); load("jumps.js").then(module => module.openHits(robot, gutter, number, file)); }}, String(number))
+          : make("button", {type: "button", class: "gutter", tabindex: "-1", "aria-label": "Breakpoint, line " + number,
+            "aria-pressed": String(breakpoints.has(number)), onclick: () => { choose(number); flip(number); }}, String(number));
         return {gutter, line, element: make("div", {class: "codeline"}, gutter, make("code", {}, ...(colour ? coloured(line) : [line])))};
       });
       element.replaceChildren(...rows.map(row => row.element));

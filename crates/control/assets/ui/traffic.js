@@ -3,8 +3,10 @@
 // A text, a finding or another event is a row. The rows of one exchange (a command, its answer and what follows) have a
 // common bar. All rows have the same height, so that only those in sight are in the page. New events are taken once a
 // frame. While the view is hidden or paused nothing is kept: it is built again from the events of `robot`.
+//
+// Of a recorded run the rows are those around the moment; a row leads to its moment.
 
-import {make, say, mark, button, explained} from "./dom.js";
+import {LOCKED, copy, make, say, mark, button, explained} from "./dom.js";
 
 const ROWS = 2000;          // rows kept
 const GROUP_ROWS = 100;     // rows kept for the file of one exchange: a download may have thousands
@@ -78,7 +80,7 @@ class Reader {
     if (event.seq > this.next) {
       const lost = event.seq - this.next;
       this.add(event, "remark", {text: this.next > 1 ? lost + " events are missing here: the page could not keep up."
-        : lost + " earlier events are not in this page. The downloads have more."});
+        : lost + (LOCKED ? " earlier events are further from this moment." : " earlier events are not in this page. The downloads have more.")});
     }
     this.next = event.seq + 1;
     const port = this.ports[event.port] ??= {pending: ""}, framed = FRAMED.includes(event.port);
@@ -222,18 +224,6 @@ function save(name, blob) {
   setTimeout(() => URL.revokeObjectURL(link.href), 10000);
 }
 
-async function copy(text) {
-  if (navigator.clipboard) return navigator.clipboard.writeText(text);
-  // Without TLS only a local page has the clipboard.
-  const area = make("textarea", {});
-  area.value = text;
-  document.body.append(area);
-  area.select();
-  const done = document.execCommand("copy");
-  area.remove();
-  if (!done) throw new Error("cannot copy: the browser does not allow it; download the transcript instead");
-}
-
 /** Rows in the form of `--transcript`. */
 function transcript(rows) {
   const lines = ["# copied from the page of ts3100; times are differences"];
@@ -270,6 +260,8 @@ function dump(hex) {
 
 export function create(robot) {
   let reader = new Reader(), shown = [], queue = [], frame = 0, visible = false, paused = false, waiting = 0;
+  // Of a recorded run: the number of the last event by the moment, and its row.
+  let seen = LOCKED ? robot.target?.e ?? 0 : Infinity, current;
   let follow = true, selected, height = 0, row = 28, head = 0, top = 0, resized = true, decodes = true;
 
   // Filters.
@@ -291,13 +283,13 @@ export function create(robot) {
     if (!paused) rebuild();
     ask();
   });
-  const end = button("To the end", () => { follow = true; ask(); });
+  const end = button(LOCKED ? "To the moment" : "To the end", () => { follow = true; ask(); }, {reads: true});
   const copied = make("output", {class: "count"});
   const copier = button("Copy rows", async () => {
     await copy(transcript(shown));
     say(copied, shown.length + " rows copied");
     setTimeout(() => say(copied, ""), 4000);
-  });
+  }, {reads: true});
   const failure = button("Save last failure", () => share(reader.failure), {disabled: true, title: "The last exchange with NG or a finding, as a text file for an issue"});
   const downloads = [["text", "Text", "txt"], ["jsonl", "JSON lines", "jsonl"], ["pcapng", "pcapng", "pcapng"]].map(([format, label, ending]) =>
     button(label, async () => save("transcript." + ending, await (await robot.fetch("GET", "transcript?format=" + format)).blob()), {"aria-label": "Download transcript as " + label}).element);
@@ -310,7 +302,8 @@ export function create(robot) {
   const details = make("section", {class: "details", "aria-label": "Details", tabindex: "0", hidden: true});
   const element = make("div", {class: "traffic"},
     make("div", {class: "row tools"}, port.element, command.element, kind.element, make("span", {class: "filter"}, make("label", {for: search.id}, "Search"), search)),
-    make("div", {class: "row tools"}, pause.element, copier.element, failure.element, make("span", {class: "downloads", role: "group", "aria-label": "Download transcript"}, "Download", ...downloads), count, copied),
+    make("div", {class: "row tools"}, LOCKED ? "" : pause.element, copier.element, ...(LOCKED ? [] : [failure.element,
+      make("span", {class: "downloads", role: "group", "aria-label": "Download transcript"}, "Download", ...downloads)]), count, copied),
     none, make("div", {class: "list"}, grid, end.element), details);
 
   function changed() { follow = true; ask(); }
@@ -361,7 +354,8 @@ export function create(robot) {
     const filtered = port.select.value || command.select.value || kind.select.value || wanted;
     shown = filtered ? reader.rows.filter(fits) : reader.rows.slice();
     const total = shown.length * row, room = Math.max(height - head, row), most = Math.max(0, total - room);
-    top = follow ? most : Math.min(most, Math.max(0, before - lost * row));
+    current = LOCKED ? Math.max(0, shown.findLastIndex(one => one.seq <= seen)) : undefined;
+    top = follow && LOCKED ? nearTop(before, room, most) : follow ? most : Math.min(most, Math.max(0, before - lost * row));
     if (space.dataset.rows !== String(shown.length)) {
       space.dataset.rows = shown.length;
       space.style.height = total + "px";
@@ -373,6 +367,7 @@ export function create(robot) {
     say(none, reader.rows.length ? "No row matches the filters." : "No traffic yet. Connect a host program to one of the ports.");
     say(count, (paused ? "Paused, " + waiting + " new events. " : "") + (filtered ? shown.length + " of " : "") + reader.rows.length + " rows");
     end.element.hidden = follow || !shown.length;
+    if (LOCKED) say(count, shown.length + " rows around this moment");
     failure.button.disabled = !reader.failure;
     if (command.select.length - 1 !== reader.commands.size) {
       const value = command.select.value;
@@ -380,6 +375,13 @@ export function create(robot) {
       command.select.value = value;
       if (command.select.selectedIndex < 0) command.select.selectedIndex = 0;
     }
+  }
+
+  /** Where the list is scrolled to so that the row of the moment is in sight: it moves as little as it can. */
+  function nearTop(before, room, most) {
+    const at = current * row;
+    if (at >= before + row && at + 2 * row <= before + room) return Math.min(most, before);
+    return Math.min(most, Math.max(0, at - room / 2));
   }
 
   function slot() {
@@ -398,6 +400,7 @@ export function create(robot) {
       line.hidden = !found;
       line.shows = found;
       mark(line, "aria-selected", !!found && found === selected);
+      if (LOCKED) mark(line, "data-now", first + at === current);
       if (!found) return;
       const severity = found.kind === "finding" ? found.event.severity : "", previous = shown[first + at - 1];
       say(line.cells[0], found.t.toFixed(3));
@@ -407,7 +410,7 @@ export function create(robot) {
       say(line.rest, found.rest);
       say(line.cells[4], found.text.length > LONGEST ? found.text.slice(0, LONGEST) + "\u2026" : found.text);
       mark(line, "aria-rowindex", first + at + 2);
-      mark(line, "class", [found.kind, severity, found.worry && "worry", found.letters === "NG" && "ng", found.group && found.group === previous?.group && "on"].filter(Boolean).join(" "));
+      mark(line, "class", [found.kind, severity, found.worry && "worry", found.letters === "NG" && "ng", found.group && found.group === previous?.group && "on", found.seq > seen && "later"].filter(Boolean).join(" "));
       mark(line, "data-bar", level(found.group) ?? "none");
       if (found === selected) active = line.id;
     });
@@ -421,7 +424,7 @@ export function create(robot) {
     // A change of the layout scrolls too; it is no reason to follow no longer.
     if (Math.abs(at - top) < 1 || resized || grid.clientHeight !== height) return;
     top = at;
-    follow = at + (height - head) >= shown.length * row - row;
+    follow = !LOCKED && at + (height - head) >= shown.length * row - row;
     ask();
   }, {passive: true});
   grid.addEventListener("wheel", event => { if (event.deltaY < 0) follow = false; }, {passive: true});
@@ -442,7 +445,7 @@ export function create(robot) {
     if (next === undefined || event.ctrlKey || event.altKey || event.metaKey || !shown.length) return;
     event.preventDefault();
     const to = Math.min(shown.length - 1, Math.max(0, next));
-    follow = to === shown.length - 1;
+    follow = LOCKED !== "" || to === shown.length - 1;
     if (to * row < top) top = to * row;
     else if ((to + 1) * row > top + height - head) top = (to + 1) * row - height + head;
     grid.scrollTop = top;
@@ -462,6 +465,7 @@ export function create(robot) {
     details.hidden = false;
     mark(element, "data-open", true);
     if (clicked) details.scrollIntoView({block: "nearest"});
+    if (LOCKED && found.seq) robot.goToEvent(found.seq);
     ask();
   }
 
@@ -504,7 +508,7 @@ export function create(robot) {
     const first = found.kind === "finding" || group?.ng;   // what is wrong with it matters more than what it says
     details.replaceChildren(
       make("div", {class: "row"}, make("h3", {}, (found.letters || found.rest || "Remark") + (found.port ? " on " + found.port : "")),
-        ...(group ? [button("Save this exchange", () => share(group)).element] : []), button("Close details", () => { close(); grid.focus({preventScroll: true}); }).element),
+        ...(group ? [button("Save this exchange", () => share(group), {reads: true}).element] : []), button("Close details", () => { close(); grid.focus({preventScroll: true}); }, {reads: true}).element),
       ...(first ? remedies : []), make("dl", {}, ...facts(found).flatMap(([name, value]) => [make("dt", {}, name), make("dd", {}, value)])),
       ARROWS[found.kind] ? whole : "",
       bytes ? bytes.element : "", table, ...(first ? [] : remedies));
@@ -552,7 +556,15 @@ export function create(robot) {
     resized = true;
     ask();
   }).observe(grid);
-  robot.on("reset", () => {
+  if (LOCKED) {
+    robot.on("reset", () => { if (visible) { rebuild(); ask(); } });
+    robot.on("moment", moment => {
+      if (moment?.e === undefined) return;
+      seen = moment.e;
+      follow = true;
+      ask();
+    });
+  } else robot.on("reset", () => {
     queue = [];
     reader = new Reader();
     reader.add({seq: 0, t: 0}, "remark", {text: "The emulator was restarted. Earlier events are gone."});
@@ -573,11 +585,13 @@ export function create(robot) {
         for (const one of [port.select, command.select, search]) one.value = "";
         follow = true;
       }
+      if (LOCKED) robot.wantEvents(true);
       if (!paused) rebuild();
       ask();
     },
     hide() {
       visible = false;
+      if (LOCKED) robot.wantEvents(false);
       queue = [];
     },
   };

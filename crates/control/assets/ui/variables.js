@@ -1,6 +1,6 @@
 // The variables of the selected file, with those that are local to its programs.
 
-import {list, make, say} from "./dom.js";
+import {LOCKED, list, load, make, say} from "./dom.js";
 
 const VARIABLES = 200;         // rows of variables
 const DIGITS = 7;              // digits of a real
@@ -31,10 +31,11 @@ export function makeVariables(robot) {
 
   function build(row) {
     // It grows with its value, so that a position is seen whole.
-    const input = make("textarea", {"aria-label": "Value of " + row.name, rows: "1", autocomplete: "off", spellcheck: "false"});
+    const input = make("textarea", {"aria-label": "Value of " + row.name, rows: "1", autocomplete: "off", spellcheck: "false", readonly: LOCKED ? "" : undefined, title: LOCKED ? "Not possible to change: " + LOCKED : undefined});
     const reason = make("output", {class: "reason", role: "alert"});
     const back = () => { input.value = input.dataset.live ?? ""; };
     input.addEventListener("keydown", async event => {
+      if (LOCKED) return;
       if (event.key === "Escape") { back(); say(reason, ""); input.blur(); }
       if (event.key !== "Enter") return;
       event.preventDefault();
@@ -51,7 +52,9 @@ export function makeVariables(robot) {
       } catch (error) { say(reason, error.message); }
     });
     input.addEventListener("blur", back);
-    return make("tr", {}, make("th", {scope: "row", class: "mono"}, row.name, make("small")), make("td", {}, input, reason));
+    const name = make("th", {scope: "row", class: "mono"}, row.name, make("small"));
+    if (LOCKED) load("jumps.js").then(module => name.append(module.whyButton(robot, "variable:" + row.name, row.name)));
+    return make("tr", {}, name, make("td", {}, input, reason));
   }
 
   function draw() {
@@ -71,7 +74,7 @@ export function makeVariables(robot) {
   search.addEventListener("input", draw);
   return {
     element: make("section", {class: "variables", "aria-label": "Variables"}, make("div", {class: "head"}, make("h3", {}, "Variables"), search),
-      table, more, make("p", {class: "hint"}, "Enter saves, Escape cancels. Variables of a program (PICK.I) can only be read.")),
+      table, more, LOCKED ? "" : make("p", {class: "hint"}, "Enter saves, Escape cancels. Variables of a program (PICK.I) can only be read.")),
     state(state) { last = rowsOf(state); draw(); },
   };
 }

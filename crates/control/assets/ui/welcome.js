@@ -1,6 +1,6 @@
 // The card of the first visit: it is there while no file is selected, and says what to do first.
 
-import {make, button, say} from "./dom.js";
+import {LOCKED, load, make, button, say} from "./dom.js";
 
 const PROGRAM = /^(?!.*\.PAR$)/;   // files that are no parameters
 
@@ -14,9 +14,9 @@ export function createWelcome(robot) {
     await robot.post("program/start");
   }, {class: "primary"});
   const file = make("input", {type: "file", "aria-label": "Program to load", hidden: true});
-  const load = button("Load a file", () => file.click());
+  const loader = button("Load a file", () => file.click());
   file.addEventListener("change", async () => {
-    const {store} = await import("./drop.js");
+    const {store} = await load("drop.js");
     for (const one of file.files) await store(robot, one);
     file.value = "";
   });
@@ -24,12 +24,12 @@ export function createWelcome(robot) {
   const element = make("section", {class: "welcome", "aria-label": "First steps", hidden: true}, make("h2", {}, "No file is selected"),
     make("ul", {},
       make("li", {}, run.element, about),
-      make("li", {}, load.element, file, make("p", {}, "A program in SCOL. You can also drop it anywhere on the page, or select one of the RAM drive below.")),
+      make("li", {}, loader.element, file, make("p", {}, "A program in SCOL. You can also drop it anywhere on the page, or select one of the RAM drive below.")),
       make("li", {}, make("h3", {}, "Connect a host"), make("p", {}, "Your program talks to IP0. To try it, paste this into a terminal:"), lines),
       make("li", {}, make("a", {href: "book/", target: "_blank"}, "Open the book"), make("p", {}, "Tutorial, how-to guides and reference of this version, with a search."))));
   return {element, state(state) {
-    element.hidden = state.file !== "";
-    if (state.file) return;
+    element.hidden = state.file !== "" || LOCKED !== "";
+    if (element.hidden) return;
     const programs = state.files.files.map(one => one.name).filter(name => PROGRAM.test(name));
     example = programs.includes("DEMO") ? "DEMO" : programs[0] ?? "";
     run.element.hidden = !example;
