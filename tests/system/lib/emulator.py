@@ -128,6 +128,30 @@ class Emulator:
             self.kill()
 
 
+class View:
+    """A `ts3100 view` of a recording, until the end of its `with`."""
+
+    def __init__(self, binary, *arguments):
+        self.process = subprocess.Popen([binary, "view", *arguments], stdout=subprocess.PIPE, stdin=subprocess.DEVNULL, env=surroundings())
+        ready, _, _ = select.select([self.process.stdout], [], [], READY_TIMEOUT)
+        self.url = self.process.stdout.readline().decode().strip() if ready else ""
+        if not self.url:
+            self.kill()
+            raise Failed("view %s does not print its URL" % " ".join(arguments))
+
+    def kill(self):
+        """End it whatever its state."""
+        self.process.kill()
+        self.process.wait()
+        self.process.stdout.close()
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *_):
+        self.kill()
+
+
 class Fleet(Emulator):
     """A `ts3100 serve` with several robots."""
 
