@@ -137,9 +137,9 @@ impl Journal {
         past
     }
 
-    /// The kept transcript in this format.
-    pub fn transcript(&self, format: Format) -> Vec<u8> {
-        self.transcript.to_bytes(format)
+    /// The kept transcript in this format, up to the present.
+    pub fn transcript(&self, format: Format, now: Time) -> Vec<u8> {
+        self.transcript.to_bytes_until(format, now)
     }
 
     /// The state is consistent between any two statements, so a poisoned lock can be used.

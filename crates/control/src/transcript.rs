@@ -65,7 +65,7 @@ pub async fn get_transcript(
     Query(query): Query<TranscriptQuery>,
 ) -> Result<impl IntoResponse, Problem> {
     // A look, so that what came before has been served.
-    handle.query(|_| ()).await?;
+    let now = handle.query(|view| view.controller.now()).await?;
     let (format, media_type) = query.format.format();
-    Ok(([(CONTENT_TYPE, media_type)], handle.journal.transcript(format)))
+    Ok(([(CONTENT_TYPE, media_type)], handle.journal.transcript(format, now)))
 }

@@ -28,6 +28,9 @@ const CONTROLLER_OVERHEAD: usize = 16 * 1024;
 /// copies.
 const PIECES: usize = 8;
 
+/// The remark at the end of a recording that was fetched later than its last record.
+pub(super) const END: &str = "the recording ends here";
+
 /// Whether a remark says that records before it were discarded.
 pub(super) fn is_gone(remark: &str) -> bool {
     let count = remark.strip_suffix(GONE);
@@ -296,6 +299,15 @@ impl TranscriptBuffer {
     /// The transcript in a file format. If records were discarded, it begins with a remark that says how many, and with the
     /// controller as it was at the first record that is kept.
     pub fn to_bytes(&self, format: Format) -> Vec<u8> {
+        self.written(format, None)
+    }
+
+    /// As [`TranscriptBuffer::to_bytes`], up to the present: time that has passed since the last record is part of the run.
+    pub fn to_bytes_until(&self, format: Format, now: Time) -> Vec<u8> {
+        self.written(format, Some(now))
+    }
+
+    fn written(&self, format: Format, now: Option<Time>) -> Vec<u8> {
         let pages = self.state();
         let missing = (pages.discarded > 0).then(|| Record {
             at: Time::ZERO,
@@ -312,7 +324,15 @@ impl TranscriptBuffer {
         let mut out = Vec::new();
         let mut writer = format.writer(Duration::ZERO);
         writer.header(&pages.header, &mut out);
-        records.for_each(|record| writer.record(&record, &mut out));
+        let mut last = Time::ZERO;
+        for record in records {
+            last = record.kind.new_time().unwrap_or(record.at);
+            writer.record(&record, &mut out);
+        }
+        if let Some(at) = now.filter(|now| *now > last) {
+            let kind = RecordKind::Remark(END.to_owned());
+            writer.record(&Record { at, kind }, &mut out);
+        }
         out
     }
 }

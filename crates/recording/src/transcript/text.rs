@@ -23,7 +23,7 @@
 //! # remark
 //! ```
 
-use super::buffer::is_gone;
+use super::buffer::{END, is_gone};
 use super::{EndReason, Header, LineError, PeerId, Record, RecordKind, Recording, Side, Writer};
 use std::time::Duration;
 use ts3100_controller::Time;
@@ -158,7 +158,7 @@ fn read_line(header: &mut Header, now: &mut Time, line: &str) -> Result<Option<R
         return parse_file_line(header, content).map(|()| None);
     }
     // Other remarks are for people.
-    if let Some(words) = line.strip_prefix("# ").filter(|words| is_gone(words)) {
+    if let Some(words) = line.strip_prefix("# ").filter(|words| is_gone(words) || *words == END) {
         return Ok(Some(RecordKind::Remark(words.to_owned())));
     }
     if line.trim().is_empty() || line.starts_with('#') {
