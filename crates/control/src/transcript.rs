@@ -67,5 +67,8 @@ pub async fn get_transcript(
     // A look, so that what came before has been served.
     let now = handle.query(|view| view.controller.now()).await?;
     let (format, media_type) = query.format.format();
-    Ok(([(CONTENT_TYPE, media_type)], handle.journal.transcript(format, now)))
+    Ok((
+        [(CONTENT_TYPE, media_type)],
+        handle.journal.transcript(format, now),
+    ))
 }

@@ -48,6 +48,7 @@ pub mod findings;
 pub mod input;
 mod io;
 pub mod limits;
+mod listed;
 mod maintenance;
 pub mod model;
 pub mod motion;

@@ -12,13 +12,14 @@ use crate::faults::Faults;
 use crate::faults::effects::FaultEffects;
 use crate::io::line_names::HANDS;
 use crate::io::signals::Signals;
+use crate::listed::listed;
 use crate::network::NetworkConfig;
-use crate::ops::variables::listed;
 use crate::options::Config;
 use crate::panel::PanelState;
 use crate::port::Port;
 use crate::prelude::*;
 use crate::time::Time;
+use crate::watched::Watched;
 use scol_mini::{Channel, Memory, Value, ValueKind};
 use ts3100_proto::calendar::CalendarTime;
 use ts3100_proto::command::Number;
@@ -285,6 +286,16 @@ impl Controller {
     /// [`Event::Statement`](crate::output::Event::Statement), or no longer.
     pub fn trace(&mut self, on: bool) {
         self.robot.context.outputs.trace(on);
+    }
+
+    /// From now on every statement that is told ([`Controller::trace`]) is told with this value before it; `None`: without.
+    pub fn watch(&mut self, watched: Option<Watched>) {
+        self.robot.context.outputs.watch(watched);
+    }
+
+    /// The present value in words; empty where there is none, as of a variable that is not in the selected file.
+    pub fn read_watched(&self, watched: &Watched) -> String {
+        self.robot.read_watched(watched)
     }
 
     /// The files of the RAM drive in alphabetical order, each with its content without EOF.

@@ -8,6 +8,7 @@ mod run_control;
 pub(crate) mod scheduler;
 mod selection;
 mod system_signals;
+mod watching;
 
 use crate::alarm::Alarms;
 use crate::arm::Arm;

@@ -1,15 +1,12 @@
 //! Something of the controller whose value is told with every statement: a variable, a line, or what the panel shows.
 //!
-//! `robot::scheduler` reads it before each statement while statements are told ([`Controller::watch`]).
+//! `robot::watching` reads it before each statement, while statements are told.
 
 use crate::action::IoKind;
-use crate::controller::Controller;
-use crate::ops::variables::listed;
+use crate::io::signals::Signals;
 use crate::prelude::*;
-use crate::robot::Robot;
 use core::fmt;
 use core::str::FromStr;
-use scol_mini::Memory;
 use ts3100_proto::name::{VariableName, split_subscripts};
 
 /// Something that can be watched.
@@ -41,7 +38,7 @@ impl FromStr for Watched {
         let wrong = || WatchedError(text.chars().take(40).collect());
         let line = |kind, number: &str| {
             let number = number.parse().map_err(|_| wrong())?;
-            let exists = crate::io::signals::Signals::exists(number);
+            let exists = Signals::exists(number);
             exists.then_some(Watched::Line(kind, number)).ok_or_else(wrong)
         };
         match text.split_once('.') {
@@ -78,48 +75,6 @@ impl fmt::Display for Watched {
             Watched::Mode => f.write_str("mode"),
             Watched::Servo => f.write_str("servo"),
         }
-    }
-}
-
-impl Robot {
-    /// The value in words; empty where there is none.
-    pub(crate) fn read_watched(&self, watched: &Watched) -> String {
-        let on = |on: bool| if on { "on" } else { "off" }.to_string();
-        match watched {
-            Watched::Variable(name, subscripts) => {
-                let (memory, program) = (self.executor.memory(), self.executor.program());
-                let read = if name.contains('.') {
-                    Memory::local
-                } else {
-                    Memory::global
-                };
-                let Ok(value) = read(memory, program, name, subscripts) else {
-                    return String::new();
-                };
-                let numbers: Vec<String> = listed(&value, self.arm.kind())
-                    .iter()
-                    .map(ToString::to_string)
-                    .collect();
-                numbers.join(",")
-            }
-            Watched::Line(IoKind::Input, line) => on(self.signals.input(*line)),
-            Watched::Line(IoKind::Output, line) => on(self.signals.output(*line)),
-            Watched::Override => self.panel.state().override_percent.to_string(),
-            Watched::Mode => self.panel.state().master_mode().as_str().to_string(),
-            Watched::Servo => on(self.panel.state().servo),
-        }
-    }
-}
-
-impl Controller {
-    /// From now on every statement that is told ([`Controller::trace`]) is told with this value before it; `None`: without.
-    pub fn watch(&mut self, watched: Option<Watched>) {
-        self.robot.context.outputs.watch(watched);
-    }
-
-    /// The present value in words; empty where there is none, as of a variable that is not in the selected file.
-    pub fn read_watched(&self, watched: &Watched) -> String {
-        self.robot.read_watched(watched)
     }
 }
 

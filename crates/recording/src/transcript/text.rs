@@ -158,7 +158,10 @@ fn read_line(header: &mut Header, now: &mut Time, line: &str) -> Result<Option<R
         return parse_file_line(header, content).map(|()| None);
     }
     // Other remarks are for people.
-    if let Some(words) = line.strip_prefix("# ").filter(|words| is_gone(words) || *words == END) {
+    if let Some(words) = line
+        .strip_prefix("# ")
+        .filter(|words| is_gone(words) || *words == END)
+    {
         return Ok(Some(RecordKind::Remark(words.to_owned())));
     }
     if line.trim().is_empty() || line.starts_with('#') {
