@@ -83,9 +83,25 @@ def surveys():
     yield "stopped", (head + "\n[delays]\nms = [0.0, 0.5, 1.5, 2.0, 9.0]\n").encode()
 
 
+# What `tap` writes of a robot: SF of six axes would be long, SU tells enough to begin with.
+ROBOT = b"""origin: observed, ts3100 tap 0.1.0 in front of 192.168.0.124
+! connect IP0 192.168.0.2
+@+5ms
+> IP0 SU<CR>
+@+2ms
+< IP0 FL,MODE:external(ethernet)/cycle FILE:PICK OVRD:100% LSPEED:100% MACHINE:free STATUS:stop(reset)<EOF>
+@+60ms
+> IP0 OK<CR>
+@+60ms
+> IP0 SL,NOPE<CR>
+@+3ms
+< IP0 NG<CR>
+"""
+
+
 def main(folder):
     folder = pathlib.Path(folder)
-    for name in ["front", "run", "cell", "protocol", "parameters", "snapshot", "rfc2217", "control", "recording", "survey", "canary"]:
+    for name in ["front", "run", "cell", "protocol", "parameters", "snapshot", "rfc2217", "control", "recording", "survey", "trace", "canary"]:
         (folder / name).mkdir(parents=True, exist_ok=True)
     for path in sorted((ROOT / "fixtures/scol").glob("*/*.scol")):
         name, source = f"{path.parent.name}-{path.stem}", path.read_text()
@@ -98,8 +114,10 @@ def main(folder):
     for path in sorted((ROOT / "fixtures/transcripts").glob("*.txt")):
         (folder / "protocol" / path.stem).write_bytes(transcript(path.read_text()))
         (folder / "recording" / path.stem).write_bytes(b"0" + path.read_bytes())
+        (folder / "trace" / path.stem).write_bytes(b"0\x40\xc0" + path.read_bytes())
     (folder / "recording" / "json").write_bytes(b"1" + (ROOT / "fixtures/golden/events/transcript.jsonl").read_bytes())
     begin = json.dumps(json.loads(sorted((ROOT / "fixtures/snapshots/v1").glob("*.json"))[0].read_text()), separators=(",", ":"))
+    (folder / "trace" / "robot").write_bytes(b"0\x40\xff" + ROBOT)
     (folder / "recording" / "begin").write_text(f"0origin: observed\n! begin 5us IP0 {begin}\n@+1ms\n> IP0 SU<CR>\n")
     for number in range(len(list((ROOT / "fixtures/snapshots/v1").glob("*.json")))):
         (folder / "snapshot" / str(number)).write_bytes(bytes([number, 0]) + passing(1000))

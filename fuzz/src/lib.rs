@@ -16,3 +16,4 @@ pub mod run;
 mod shared;
 pub mod snapshot;
 pub mod survey;
+pub mod trace;

@@ -45,7 +45,7 @@ fn check_capture(mut capture: &[u8]) {
 }
 
 /// Whether it is short, and each of its snapshots valid, as a file that is played has to be.
-fn can_be_played(recording: &Recording) -> bool {
+pub(crate) fn can_be_played(recording: &Recording) -> bool {
     recording.records.iter().all(|record| {
         let restored = match &record.kind {
             RecordKind::Link(
@@ -54,6 +54,26 @@ fn can_be_played(recording: &Recording) -> bool {
             _ => true,
         };
         restored && record.at.as_micros() <= MAX_PLAYED
+    })
+}
+
+/// An emulator with the files of a recording.
+pub(crate) fn candidate(recording: &Recording, choice: &u8) -> Option<Candidate> {
+    let config = Config::new(if choice & 2 == 0 {
+        Dialect::Field
+    } else {
+        Dialect::Manual
+    });
+    let mut controller = Controller::new(config, Vec::new()).ok()?;
+    for (name, content) in &recording.header.files {
+        // A name or a content that the drive does not take is refused.
+        let _refused = controller.put_file(name, content);
+    }
+    while controller.poll_output().is_some() {}
+    Some(Candidate {
+        controller,
+        second: SecondConnection::default(),
+        servo_on: choice & 4 != 0,
     })
 }
 
@@ -93,23 +113,8 @@ pub fn check(data: &[u8]) {
     if !can_be_played(&recording) {
         return;
     }
-    let config = Config::new(if choice & 2 == 0 {
-        Dialect::Field
-    } else {
-        Dialect::Manual
-    });
-    let Ok(mut controller) = Controller::new(config, Vec::new()) else {
+    let Some(candidate) = candidate(&recording, choice) else {
         return;
-    };
-    for (name, content) in &recording.header.files {
-        // A name or a content that the drive does not take is refused.
-        let _refused = controller.put_file(name, content);
-    }
-    while controller.poll_output().is_some() {}
-    let candidate = Candidate {
-        controller,
-        second: SecondConnection::default(),
-        servo_on: choice & 4 != 0,
     };
     let tolerance = Tolerance {
         answer_timeout: Duration::from_secs(1),

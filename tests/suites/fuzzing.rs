@@ -24,7 +24,7 @@ const MAX_INPUTS: usize = 120;
 type Target = fn(&[u8]);
 
 /// Every target but `canary`, whose defect is planted.
-const TARGETS: [(&str, Target); 10] = [
+const TARGETS: [(&str, Target); 11] = [
     ("cell", targets::cell::check),
     ("control", targets::control::check),
     ("front", targets::front::check),
@@ -35,6 +35,7 @@ const TARGETS: [(&str, Target); 10] = [
     ("run", targets::run::check),
     ("snapshot", targets::snapshot::check),
     ("survey", targets::survey::check),
+    ("trace", targets::trace::check),
 ];
 
 /// The committed inputs of a target.
@@ -78,6 +79,7 @@ replays! {
     the_corpus_of_run_holds: "run";
     the_corpus_of_snapshot_holds: "snapshot";
     the_corpus_of_survey_holds: "survey";
+    the_corpus_of_trace_holds: "trace";
 }
 
 #[test]
