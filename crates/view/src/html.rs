@@ -32,6 +32,8 @@ const ROOTS: [&str; 12] = [
 ];
 /// Styles of views that the file does not have.
 const LEFT_OUT: [&str; 3] = ["lab.css", "cell.css", "book.css"];
+/// Parts of the page that mean nothing before the script fills them.
+const PARTS: [&str; 2] = ["fixed", "views"];
 /// Nothing is loaded from anywhere.
 const POLICY: &str =
     "default-src 'none'; script-src 'unsafe-inline'; style-src 'unsafe-inline'; img-src data: blob:";
@@ -68,9 +70,18 @@ pub fn page(run: &Run) -> Result<String, BundleError> {
     let head: Vec<&str> = head.lines().filter(is_own).collect();
     let names = ui_names().filter(|name| name.ends_with(".css") && !LEFT_OUT.contains(name));
     let styles: String = names.map(ui_text).collect();
-    let scripts = bundle(&ROOTS)?;
+    // Where scripts are blocked the summary stands alone.
+    let mut body = body.to_owned();
+    for part in PARTS {
+        body = body.replacen(&format!("id=\"{part}\""), &format!("id=\"{part}\" hidden"), 1);
+    }
+    let shown: String = PARTS
+        .iter()
+        .map(|part| format!("document.getElementById(\"{part}\").hidden = false;\n"))
+        .collect();
+    let scripts = shown + &bundle(&ROOTS)?;
     Ok(format!(
-        "{}\n<meta http-equiv=\"Content-Security-Policy\" content=\"{POLICY}\">\n<style>\n{styles}</style>\n</head>\n<body>\n{}{body}\
+        "{}\n<meta http-equiv=\"Content-Security-Policy\" content=\"{POLICY}\">\n<style>\n{styles}[hidden] {{ display: none !important; }}\n</style>\n</head>\n<body>\n{}{body}\
          <script type=\"text/plain\" id=\"trace\">{}</script>\n<script>\n{scripts}</script>\n</body>\n</html>\n",
         head.join("\n"),
         Summary::new(run).to_html(),

@@ -151,7 +151,11 @@ class Embedded {
     throw new Refusal(404, {error: ELSEWHERE});
   }
 
-  async compute() { throw new Refusal(404, {error: ELSEWHERE}); }
+  /** Diagnostics are of the program that is written, not of the run; the fields of a text are elsewhere. */
+  async compute(moment, path) {
+    if (path === "check") return [];
+    throw new Refusal(404, {error: ELSEWHERE});
+  }
 
   /** The places at which a value of the state is another one than before. */
   places(value) {
