@@ -103,7 +103,7 @@ fn sections<'a>(text: &'a str, places: &[usize]) -> Vec<&'a str> {
 }
 
 /// The page as HTML. A link to a page of the book has the address `book:PATH#ANCHOR`; one to another file of the repository is
-/// left out.
+/// left out, and of a picture its text remains.
 fn html_of(name: &str, text: &str) -> String {
     let mut is_link = Vec::new();
     let events = Parser::new_ext(text, Options::ENABLE_TABLES).filter_map(|event| match event {
@@ -123,6 +123,8 @@ fn html_of(name: &str, text: &str) -> String {
                 id,
             }))
         }
+        // The program carries no pictures: what one shows is said by its text.
+        Event::Start(Tag::Image { .. }) | Event::End(TagEnd::Image) => None,
         Event::End(TagEnd::Link) => is_link.pop().unwrap_or(false).then_some(event),
         event => Some(event),
     });

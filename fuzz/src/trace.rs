@@ -4,7 +4,7 @@
 //! Whatever a file says, every moment can be had, directly or by playing forward, and both are the same; the run is told in
 //! lines, in lanes, and as one page. One that says that it is of a real robot is shown from its traffic.
 
-use crate::recording::{can_be_played, candidate};
+use super::recording::{can_be_played, candidate};
 use ts3100_driver::snapshot::to_json_line;
 use ts3100_recording::transcript::{Recording, json, text};
 use ts3100_view::key::MomentKey;
