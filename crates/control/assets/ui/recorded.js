@@ -14,6 +14,7 @@ const BLOCKS = 100;      // blocks that are kept
 const AROUND = 2;        // blocks of events on each side of that of the moment
 const AGAIN = 250;       // until a recording that is still being opened is looked at again, in ms
 const TAIL = 3;          // seconds of the path of the tool that are drawn behind it
+const NEAR = 5e5;        // microseconds to a moment that follows from the one before, unless it is played
 const STEPS = 1500;      // within which steps are one entry of the history of the browser, in ms
 const WRITTEN = 1000;    // between two addresses while it is played, in ms
 
@@ -183,7 +184,7 @@ export class Recorded extends Feed {
 
   show(moment, state, others) {
     const before = this.moment, passed = before && moment.epoch === before.epoch ? moment.t - before.t : -1;
-    this.continues = passed >= 0 && passed <= 5e5 * Math.max(1, this.playing ? this.factor : 1);
+    this.continues = passed >= 0 && (this.playing || passed <= NEAR);
     // The robot says which time it is: a key may be beyond the next event.
     this.moment = {...moment, t: micros(state.t)};
     if (!this.wanted) this.target = this.moment;

@@ -111,9 +111,10 @@ function drawSpans(pen, {spans, marks, id}, y, view, width, scale) {
 /** The marks of a lane between two places. Of several in one column of pixels the worst is drawn. */
 function drawMarks(pen, {marks, axis}, y, view, width, scale) {
   const x = place => (place - view.from) * scale, plain = joinBars(pen, y + 5, ROW - 10), bad = joinBars(pen, y + 2, ROW - 4);
+  const errors = [];   // they lie above the others
   let column = -Infinity, worst = 0;
   const put = () => {
-    if (worst > 1) bad.add(column - 1, column + 2, LEVELS[worst]); else if (column > -Infinity) plain.add(column, column + 2, worst ? LEVELS[worst] : "accent");
+    if (worst === 3) errors.push(column); else if (worst > 1) bad.add(column - 1, column + 2, LEVELS[worst]); else if (column > -Infinity) plain.add(column, column + 2, worst ? LEVELS[worst] : "accent");
   };
   for (let at = firstOf(marks.length, one => marks.from[one] >= view.from - NEAREST / scale); at < marks.length && marks.from[at] <= view.to; at += 1) {
     const here = Math.round(x(marks.from[at]));
@@ -131,6 +132,8 @@ function drawMarks(pen, {marks, axis}, y, view, width, scale) {
   put();
   plain.put();
   bad.put();
+  pen.fillStyle = colour("bad");
+  for (const error of errors) pen.fillRect(error - 1, y + 1, 3, ROW - 3);
 }
 
 /** The seconds of the epochs, and their borders. */
@@ -482,9 +485,11 @@ export async function create(run) {
   }, {passive: false});
   scroller.addEventListener("scroll", draw, {passive: true});
 
-  const sliderPlace = event => { const box = slider.getBoundingClientRect(); return axis.at(Math.max(0, Math.min(1, (event.clientX - box.left) / box.width)) * axis.total); };
+  let box;   // of the slider: it stays where it is during a drag
+  const sliderPlace = event => axis.at(Math.max(0, Math.min(1, (event.clientX - box.left) / box.width)) * axis.total);
   slider.addEventListener("pointerdown", event => {
     if (event.button !== 0) return;
+    box = slider.getBoundingClientRect();
     slider.setPointerCapture(event.pointerId);
     run.drag(sliderPlace(event));
   });
