@@ -244,6 +244,14 @@ def dragging(browser, url):
     before = joint.inner_text()
     page.mouse.move(box["x"] + 20, box["y"] + 8)
     page.mouse.down()
+    asked = []
+    page.on("request", lambda request: request.url.endswith("/state") and asked.append(request.url))
+    page.evaluate("""() => {
+        const stage = document.querySelector("#timeline .stage"), {left, top} = stage.getBoundingClientRect();
+        for (let x = 20; x < 60; x += 1) stage.dispatchEvent(new PointerEvent("pointermove", {bubbles: true, clientX: left + x, clientY: top + 8, movementX: 1, pointerId: 99}));
+    }""")
+    settled_time(page)
+    true("of 40 moves at once the first and the newest are read", 0 < len(asked) <= 2, asked)
     seen = set()
     for step in range(30):
         page.mouse.move(box["x"] + 20 + step * box["width"] / 100, box["y"] + 8)
