@@ -280,7 +280,8 @@ def control():
     together(interface=serving("control/http_attacks"), openapi=serving("control/openapi_document", "--venv", python().parent.parent),
              many_robots=serving("control/many_robots"), sarif=serving("control/sarif_reports"), assistants=serving("control/mcp_server"),
              pages=serving("control/pendant_page", "--pictures", TARGET / "pictures", python=python()),
-             trace=serving("control/trace_page", "--pictures", TARGET / "pictures", python=python()))
+             trace=serving("control/trace_page", "--pictures", TARGET / "pictures", python=python()),
+             states=serving("control/trace_states"))
 
 
 def clients():
