@@ -314,7 +314,7 @@ export class Recorded extends Feed {
     const epoch = e ? this.axis.epochOf(e) : Math.max(0, epochs.findIndex(has));
     t = Math.min(t ?? 0, e === undefined ? epochs[epoch].ends : Infinity);
     const now = this.target;
-    if (now && now.t === t && (e === undefined || now.e === e)) return;
+    if (now && e !== undefined && now.e === e && now.t === t) return;
     await this.go({epoch, t, ...(e === undefined ? {} : {e})}, {address: true});
   }
 }
