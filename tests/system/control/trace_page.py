@@ -343,25 +343,25 @@ def locked(browser, url):
 def looks(browser, url, pictures):
     """Every view in every size, in light and in dark; the timeline is in sight in each."""
     for size in SIZES:
-        for dark in (False, True):
-            page = watched(browser, url, MIDDLE, size=size, dark=dark)
-            lanes = page.get_by_role("button", name="Lanes", exact=True)
-            for view in VIEWS:
-                page.goto(url + "#" + view + "?t=1.5")
-                page.wait_for_selector("#view-%s:not([hidden])" % view)
-                page.wait_for_timeout(200)
-                name = "trace-%s-%s-%s" % (view, size, "dark" if dark else "light")
+        page = watched(browser, url, MIDDLE, size=size)
+        for view in VIEWS:
+            page.goto(url + "#" + view + "?t=1.5")
+            page.wait_for_selector("#view-%s:not([hidden])" % view)
+            for scheme in "light", "dark":
+                page.emulate_media(color_scheme=scheme)
+                name = "trace-%s-%s-%s" % (view, size, scheme)
                 in_sight(page, page.locator("#timeline"), name + ": the timeline")
                 # What is laid out differs by size, what is coloured by scheme: each is looked at once.
-                if (size, dark) in (("desktop", True), ("phone", False)):
+                if (size, scheme) in (("desktop", "dark"), ("phone", "light")):
                     accessible(page, name)
                 if pictures:
+                    page.wait_for_timeout(200)
                     page.screenshot(path=os.path.join(pictures, name + ".png"))
-            if size == "phone":
-                lanes.click()
-                in_sight(page, page.locator("#timeline .scroller"), "the lanes on a phone")
-                page.get_by_role("button", name="Hide lanes").click()
-            closed(page)
+        if size == "phone":
+            page.get_by_role("button", name="Lanes", exact=True).click()
+            in_sight(page, page.locator("#timeline .scroller"), "the lanes on a phone")
+            page.get_by_role("button", name="Hide lanes").click()
+        closed(page)
     page = watched(browser, url, MIDDLE)
     page.get_by_role("button", name="List", exact=True).click()
     near = page.get_by_role("region", name="Near this moment").get_by_role("button")
@@ -393,9 +393,10 @@ def of_a_robot(browser, url):
     ok("a recording of a real robot")
 
 
-def state_shown(page):
+def state_shown(page, seconds):
     """What the page shows of a moment: what the robot does and where, the numbers of its lines that are on, and the joints."""
     page.wait_for_function("() => document.getElementById('now').textContent && document.querySelectorAll('.joints .mono').length")
+    expect(page.locator("#clock")).to_have_text("%.3f s" % float(seconds))
     settled_time(page)
     lines = page.evaluate("[...document.querySelectorAll('#view-lines .line[aria-pressed=true]')].map(one => /\\w+ \\d+/.exec(one.getAttribute('aria-label'))[0])")
     words = [page.locator(one).inner_text() for one in ("#now", "#where", "#clock")]
@@ -407,17 +408,18 @@ def in_one_file(browser, url, binary, path):
     out = path + ".html"
     subprocess.run([binary, "view", path, "--html", out], check=True, stdout=subprocess.DEVNULL)
     context = browser.new_context(offline=True)
+    served, page = watched(browser, url, "#lines"), opened(context, "file://" + out + "#lines", link="recorded run")
     for seconds in "0", "1.5", "2.15", "3.9":
         address = "#lines?t=%s" % seconds
-        served = watched(browser, url, address)
-        expected, joints = state_shown(served)
-        closed(served)
-        page = opened(context, "file://" + out + address, link="recorded run")
-        found, shown_joints = state_shown(page)
+        served.goto(url + address)
+        expected, joints = state_shown(served, seconds)
+        page.goto("file://" + out + address)
+        found, shown_joints = state_shown(page, seconds)
         equal("the file shows the moment %s s as it was" % seconds, expected, found)
         near = all(abs(one - other) <= 0.06 for one, other in zip(joints, shown_joints, strict=True))
         true("with the arm where it was", near, (joints, shown_joints))
-        closed(page)
+    closed(served)
+    closed(page)
     page = opened(context, "file://" + out + "#traffic?t=1.5", link="recorded run")
     expect(page.locator("#view-traffic [data-now=true]")).to_contain_text("IP0")
     page.locator("#summary summary").click()
