@@ -13,6 +13,7 @@ pub mod course;
 mod data;
 pub mod html;
 pub mod key;
+pub mod kind;
 pub mod lanes;
 pub mod list;
 pub mod patch;

@@ -24,6 +24,7 @@ use ts3100_driver::files;
 use ts3100_proto::words::UnexpectedWord;
 use ts3100_recording::transcript::{Format, Recording};
 use ts3100_view::key::{MomentKey, parse_seconds};
+use ts3100_view::kind::Kind;
 use ts3100_view::list::{self, Line};
 use ts3100_view::run::{Opening, Run};
 use ts3100_view::summary::Summary;
@@ -49,9 +50,12 @@ pub(super) struct ViewArgs {
     /// Show the moment of the event of this number
     #[arg(long, value_name = "N", group = "moment")]
     event: Option<u64>,
-    /// Show the first moment of this kind
+    /// Show the first moment of this kind: ng, finding, alarm, received, or the rule of a finding
     #[arg(long, value_name = "KIND", group = "moment")]
-    first: Option<First>,
+    first: Option<Kind>,
+    /// Show the last moment of this kind
+    #[arg(long, value_name = "KIND", group = "moment")]
+    last: Option<Kind>,
     /// Print the events, one a line
     #[arg(long, group = "output")]
     list: bool,
@@ -78,37 +82,6 @@ pub(super) struct ViewArgs {
     control: ControlChoice,
     #[command(flatten)]
     robot: RobotArgs,
-}
-
-/// What is shown first.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum First {
-    Ng,
-    Finding,
-    Alarm,
-}
-
-impl FromStr for First {
-    type Err = UnexpectedWord;
-
-    fn from_str(word: &str) -> Result<First, UnexpectedWord> {
-        match word {
-            "ng" => Ok(First::Ng),
-            "finding" => Ok(First::Finding),
-            "alarm" => Ok(First::Alarm),
-            _ => Err(UnexpectedWord::new("ng, finding or alarm", word)),
-        }
-    }
-}
-
-impl First {
-    fn kind(self) -> &'static str {
-        match self {
-            First::Ng => "ng",
-            First::Finding => "finding",
-            First::Alarm => "alarm",
-        }
-    }
 }
 
 /// A value at each execution of a line.
@@ -230,11 +203,14 @@ fn read(place: &str) -> anyhow::Result<Recording> {
 
 /// The moment that was asked for.
 fn key(args: &ViewArgs, run: &Run) -> anyhow::Result<Option<MomentKey>> {
-    if let Some(first) = args.first {
-        let lines = list::lines(run, false);
-        let found = lines.iter().find(|line| line.kind == first.kind());
-        let found = found.ok_or_else(|| anyhow!("--first {}: there is none in this run", first.kind()))?;
-        let (event, at) = (Some(found.event), None);
+    let named = match (args.first, args.last) {
+        (Some(kind), _) => Some(("first", kind, kind.first(run))),
+        (None, Some(kind)) => Some(("last", kind, kind.last(run))),
+        (None, None) => None,
+    };
+    if let Some((flag, kind, found)) = named {
+        let found = found.ok_or_else(|| anyhow!("--{flag} {kind}: there is none in this run"))?;
+        let (event, at) = (Some(found), None);
         return Ok(Some(MomentKey { event, at }));
     }
     let key = match (args.event, args.at) {
@@ -292,7 +268,8 @@ async fn serve_run(args: &ViewArgs, run: &Arc<Run>, opening: Option<Opening>) ->
     let address: SocketAddr = server.address();
     serve::serve(run, server);
     let opened = tokio::task::spawn_blocking(move || opening.map(Opening::finish));
-    let moment = if args.first.is_some() || args.event.is_some() || args.at.is_some() {
+    let is_named = args.first.is_some() || args.last.is_some();
+    let moment = if is_named || args.event.is_some() || args.at.is_some() {
         opened.await?;
         let key = key(args, run)?.unwrap_or_default();
         format!("#{}", run.fragment(key)?)
