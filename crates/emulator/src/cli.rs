@@ -31,6 +31,7 @@ mod serve;
 mod simulate;
 pub(crate) mod survey;
 mod tap;
+mod trace;
 mod usage;
 mod view;
 

@@ -145,6 +145,11 @@ impl Launched {
         })
     }
 
+    /// What is kept of the run for the control interface, if the settings configure one.
+    pub fn journal(&self) -> Option<&Journal> {
+        self.journal.as_deref()
+    }
+
     /// The way to this robot for the control interface, if the settings configure one.
     pub fn handle(&self) -> Option<DriverHandle> {
         let journal = Arc::clone(self.journal.as_ref()?);

@@ -113,6 +113,88 @@ fn the_exit_code_is_the_commands_and_a_bit_of_the_reports() {
 }
 
 #[test]
+fn a_run_that_fails_is_kept_and_can_be_watched_at_the_moment_it_went_wrong() {
+    let directory = TempDir::new("binary");
+    let names = ["a.html", "it's b.jsonl", "c.txt"].map(|name| directory.path().join(name));
+    let mut words = Vec::new();
+    for name in &names {
+        words.extend(["--trace-on-failure", name.to_str().unwrap()]);
+    }
+    let host = "ts3100 host $TS3100_IP0 su; ts3100 host $TS3100_IP0 sl NOFILE;";
+    expect_code(&exec(&words, &format!("{host} exit 0")), 0);
+    assert!(names.iter().all(|name| !name.exists()), "a run that passes");
+
+    let output = exec(&words, &format!("{host} exit 7"));
+    expect_code(&output, 7);
+    let [page, records, text] = names
+        .each_ref()
+        .map(|name| std::fs::read_to_string(name).unwrap());
+    assert!(page.trim_end().ends_with("</html>") && page.contains("NOFILE"));
+    assert!(records.contains("SL,NOFILE") && text.contains("> IP0 SL,NOFILE<CR>"));
+    let said = stderr(&output);
+    let note = format!(
+        "note: watch the failed run in a browser: {}\n",
+        names[0].display()
+    );
+    assert!(said.contains(&note), "{said}");
+    let command = said.split("note: watch the failed run: ts3100 ").nth(2).unwrap();
+    let words: Vec<&str> = command.split_whitespace().collect();
+    assert_eq!(
+        words[..3],
+        ["view", names[2].to_str().unwrap(), "--event"],
+        "{said}"
+    );
+    assert!(said.contains(r"/it'\''s b.jsonl' --event "), "{said}");
+    let list = run(&[&words[..2], &["--list", "--errors"]].concat());
+    expect_code(&list, 1);
+    let first = stdout(&list);
+    assert_eq!(
+        first.split_whitespace().nth(1),
+        Some(words[3]),
+        "the first NG: {first}"
+    );
+    expect_code(&run(&[&words[..], &["--json"]].concat()), 0);
+    // By the kind of the moment the same is found, which needs no number.
+    let state = |moment: &[&str]| stdout(&run(&[&words[..2], moment, &["--json"]].concat()));
+    assert_eq!(state(&["--first", "ng"]), state(&["--event", words[3]]));
+    let none = run(&[words[0], words[1], "--first", "no-cr", "--json"]);
+    expect_code(&none, 2);
+    assert!(stderr(&none).contains("--first no-cr: there is none in this run"));
+}
+
+#[test]
+fn a_run_that_its_reports_fail_is_kept_and_a_trace_that_cannot_be_is_told_before_it() {
+    let directory = TempDir::new("binary");
+    let trace = directory.path().join("a.txt");
+    let words = ["--deny", "all", "--trace-on-failure", trace.to_str().unwrap()];
+    let output = exec(&words, "ts3100 host $TS3100_IP0 --no-stx su");
+    assert_eq!(output.status.code(), Some(64), "{}", stderr(&output));
+    assert!(stderr(&output).contains("/a.txt --event "), "{}", stderr(&output));
+    for (words, code, expected) in [
+        (
+            &["--trace-on-failure", "a.pcapng"][..],
+            125,
+            "expected a name that ends in .html, .txt or .jsonl, found `a.pcapng`",
+        ),
+        (
+            &["--trace-on-failure", "nowhere-at-all/a.html"],
+            125,
+            "cannot write the trace nowhere-at-all/a.html",
+        ),
+        (
+            &["--trace-on-failure", "a.html", "--control", "off"],
+            125,
+            "leave out --control off",
+        ),
+    ] {
+        let output = exec(words, "echo it ran");
+        assert_eq!(output.status.code(), Some(code), "{words:?}");
+        let said = stderr(&output);
+        assert!(said.contains(expected) && stdout(&output).is_empty(), "{said}");
+    }
+}
+
+#[test]
 fn what_cannot_be_run_has_the_codes_of_shells_and_what_cannot_begin_its_own() {
     let output = run(&["exec", "--", "no-such-command-anywhere"]);
     expect_code(&output, 127);

@@ -50,7 +50,7 @@ const NAMES: [(&[&str], &str, &str); 4] = [
 ];
 
 /// Endings of the names of files, by flag or argument and subcommand; the first row that fits counts.
-const FILES: [(&str, &str, &[&str]); 17] = [
+const FILES: [(&str, &str, &[&str]); 18] = [
     ("", "load", &["scol", "par", "txt"]),
     ("", "scenario", &["toml"]),
     ("", "config", &["toml"]),
@@ -60,6 +60,7 @@ const FILES: [(&str, &str, &[&str]); 17] = [
     ("", "points", &["csv"]),
     ("", "restore", &["json", "snapshot"]),
     ("", "transcript", &["txt", "jsonl", "pcapng"]),
+    ("", "trace_on_failure", &["html", "txt", "jsonl"]),
     ("", "junit", &["xml"]),
     ("", "lcov", &["info", "lcov"]),
     ("check", "files", &["scol"]),

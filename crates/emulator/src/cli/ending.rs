@@ -7,7 +7,7 @@ use crate::launch::Launched;
 use anyhow::Context as _;
 use std::path::PathBuf;
 use tracing::error;
-use ts3100_controller::Controller;
+use ts3100_controller::{Controller, Time};
 use ts3100_driver::driver::Driver;
 use ts3100_driver::snapshot;
 use ts3100_recording::reports::faults;
@@ -111,16 +111,18 @@ impl Ending {
     }
 }
 
-/// Runs a robot that is alone until `stop` completes, then writes all that was asked for; the exit code that follows.
+/// Runs a robot that is alone until `stop` completes, then writes all that was asked for; the exit code that follows, and the
+/// virtual time of the end.
 pub async fn run_to_end(
     stop: impl Future<Output = ()>,
     mut driver: Box<Driver>,
     launched: &Launched,
     settings: &Settings,
-) -> anyhow::Result<u8> {
+) -> anyhow::Result<(u8, Time)> {
     let ending = Ending::begin(&mut driver, launched, settings);
     let controllers = driver.run(stop).await;
-    ending.finish(controllers.first().context("the driver has no robot")?)
+    let controller = controllers.first().context("the driver has no robot")?;
+    Ok((ending.finish(controller)?, controller.now()))
 }
 
 /// Why the exit code is not 0.

@@ -8,6 +8,7 @@ use super::ending::{Ending, run_to_end};
 use super::exit::{BY_SIGNAL, EMULATOR_FAILED, NOT_EXECUTABLE, NOT_FOUND, REPORTS_FAILED};
 use super::guard::Guard;
 use super::serve::{configured, reporting};
+use super::trace::{self, TraceFile};
 use crate::config::args::PortSource;
 use crate::config::fleet::FleetConfig;
 use crate::config::{Seed, ServeArgs, Settings, exported};
@@ -41,6 +42,9 @@ use ts3100_driver::driver::self_check::connectable;
 pub(super) struct ExecArgs {
     #[command(flatten)]
     serve: ServeArgs,
+    /// Keep the run here if it fails: .html for a browser, .txt or .jsonl for `ts3100 view` (repeatable)
+    #[arg(long, value_name = "FILE", help_heading = "Reports")]
+    trace_on_failure: Vec<TraceFile>,
     /// Command to run, with its arguments
     #[arg(
         last = true,
@@ -65,6 +69,10 @@ const NO_COMMAND: &str = "the command is missing: ts3100 exec [OPTIONS] -- COMMA
 const SEVERAL_ROBOTS: &str =
     "exec runs one robot; start several with `ts3100 serve --ready-json` and read their ports from its line";
 
+/// Why a trace is refused.
+const NO_RECORD: &str =
+    "--trace-on-failure: the run is kept for the control interface alone; leave out --control off";
+
 /// Runs to the end of the command.
 pub(super) fn run(args: ExecArgs) -> ExitCode {
     let junit = args.serve.scenario.junit.clone();
@@ -84,6 +92,7 @@ pub(super) fn run(args: ExecArgs) -> ExitCode {
 fn exec(args: ExecArgs, junit: &mut BTreeSet<PathBuf>) -> anyhow::Result<u8> {
     let ExecArgs {
         serve: flags,
+        trace_on_failure: traces,
         command,
     } = args;
     let Some(mut args) = configured(flags, junit, log::start_quiet)? else {
@@ -102,6 +111,10 @@ fn exec(args: ExecArgs, junit: &mut BTreeSet<PathBuf>) -> anyhow::Result<u8> {
         ));
     }
     Ending::check(settings)?;
+    if !traces.is_empty() {
+        settings.control.as_ref().context(NO_RECORD)?;
+        trace::check(&traces)?;
+    }
     let runtime = single_threaded()?;
     runtime.block_on(async {
         let (mut driver, launched) = Launched::alone(settings)?;
@@ -126,10 +139,14 @@ fn exec(args: ExecArgs, junit: &mut BTreeSet<PathBuf>) -> anyhow::Result<u8> {
             drop(guard);
         };
         junit.clear();
-        let failed = run_to_end(stop, driver, &launched, settings).await? != 0;
+        let (ended, now) = run_to_end(stop, driver, &launched, settings).await?;
         let status = status.context("the command was not waited for")?;
         let status = status.context("cannot wait for the command")?;
-        Ok(exit_code(status) | if failed { REPORTS_FAILED } else { 0 })
+        let code = exit_code(status) | if ended == 0 { 0 } else { REPORTS_FAILED };
+        if let Some(journal) = launched.journal().filter(|_| code != 0) {
+            trace::keep(&traces, journal, now);
+        }
+        Ok(code)
     })
 }
 

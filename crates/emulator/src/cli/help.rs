@@ -82,7 +82,7 @@ const EVERYDAY: &[Everyday] = &[
         ],
         example: "ts3100 exec --load pick.scol --select PICK -- pytest tests\n\
                   ts3100 exec --time auto --scenario robot.toml --junit robot.xml -- dotnet test\n\
-                  ts3100 exec --deny warning --findings findings.sarif -- ./host",
+                  ts3100 exec --deny warning --findings findings.sarif --trace-on-failure trace.html -- ./host",
     },
     Everyday {
         name: "host",
