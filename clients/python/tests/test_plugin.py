@@ -1,16 +1,19 @@
 """The plugin, as its user runs it: pytest in a process of its own, with the installed package."""
 
 import json
+import os
 import re
+import shlex
 import subprocess
 import sys
 import xml.etree.ElementTree
 from pathlib import Path
-from typing import Iterator
+from typing import Any, Iterator
 
 import pytest
 
 from ts3100 import Robot
+from ts3100.binary import find_binary
 from ts3100.pytest_plugin import RULES, last_exchange
 
 PICK = "GLOBAL\n  COUNT = 0\nEND\nPROGRAM PICK\n  DOUT(5)\n  DELAY 60\nEND\n"
@@ -68,18 +71,95 @@ def test_a_wrong_host_fails_with_the_finding_that_explains_it(user: pytest.Pytes
         "*- ts3100 last exchange -*",
         "> IP0 so<CR>",
         "< IP0 OK<CR>",
-        "*- ts3100 transcript -*",
-        "*found/*test_servo-call.txt",
+        "*- ts3100 trace -*",
+        "ts3100 view found/*test_servo-call.txt --first lower-case",
+        "page: found/*test_servo-call.html",
         "*_ test_by_rule _*",
         "*_ test_unknown_command _*",
         "  IP0 unknown-command (error): unknown command \"XX\"*",
     ])
-    transcripts = sorted(path.name for path in (user.path / "found").iterdir())
+    transcripts = sorted(path.name for path in (user.path / "found").glob("*.txt"))
     assert [name.rpartition(".py-")[2] for name in transcripts] == [
         "test_by_rule-call.txt", "test_servo-call.txt", "test_unknown_command-call.txt"]
     assert "> IP0 so<CR>" in (user.path / "found" / transcripts[1]).read_text()
     properties = xml.etree.ElementTree.parse(user.path / "results.xml").iter("property")
     assert [entry.get("name") for entry in properties] == ["ts3100_transcript"] * 3
+
+
+TRACED = """
+    import os
+    import pytest
+
+    @pytest.mark.ts3100(time="stepped")
+    def test_refused(robot, host):
+        robot.advance(2.5)
+        host.select("NOFILE")
+
+    def test_wrong_answer(robot, host):
+        assert host.status().file == "PICK"
+
+    def test_right(robot, host):
+        host.status()
+
+    def test_without_a_robot():
+        assert os.name == "?"
+"""
+
+
+def viewed(user: pytest.Pytester, command: str) -> Any:
+    """The state at the moment of a command that a report shows."""
+    program, view, *words = shlex.split(command)
+    assert (program, view) == ("ts3100", "view")
+    shown = subprocess.run([find_binary(), view, *words, "--json"], cwd=user.path, stdout=subprocess.PIPE, check=True)
+    return json.loads(shown.stdout)
+
+
+def test_the_command_under_a_failure_shows_its_moment(user: pytest.Pytester) -> None:
+    result = run(user, TRACED, "--ts3100-artifacts=the traces")
+    result.assert_outcomes(failed=3, passed=1)
+    commands = [line for line in result.outlines if line.startswith("ts3100 view ")]
+    assert [re.sub(r".*-call.txt'", "", command) for command in commands] == [" --first ng", " --last received"]
+    refused, answered = (viewed(user, command) for command in commands)
+    assert refused["t"] == 2.5 and refused["file"] == ""
+    assert answered["t"] > 0
+    pages = [line[len("page: "):] for line in result.outlines if line.startswith("page: ")]
+    assert "NG" in (user.path / pages[0]).read_text(encoding="utf-8")
+    assert sorted(path.suffix for path in (user.path / "the traces").iterdir()) == [".html", ".html", ".txt", ".txt"]
+
+
+def test_traces_are_kept_as_the_user_says(user: pytest.Pytester) -> None:
+    run(user, TRACED, "--ts3100-artifacts=off", "--ts3100-trace=off").assert_outcomes(failed=3, passed=1)
+    assert not (user.path / "off").exists()
+    user.makeini("[pytest]\nts3100_trace = on\n")
+    result = run(user, TRACED, "--ts3100-artifacts=on")
+    result.assert_outcomes(failed=3, passed=1)
+    names = sorted(path.name.rpartition(".py-")[2] for path in (user.path / "on").glob("*.txt"))
+    assert names == ["test_refused-call.txt", "test_right.txt", "test_wrong_answer-call.txt"]
+    assert "> IP0 SU<CR>" in next((user.path / "on").glob("*test_right.txt")).read_text()
+    assert len(list((user.path / "on").glob("*.html"))) == 3
+    result.stdout.no_fnmatch_line("*test_right.txt*")
+    user.makeini("[pytest]\nts3100_trace = always\n")
+    run(user, TRACED).stderr.fnmatch_lines(["*ts3100_trace: cannot keep the run of 'always'; there are off, on, retain-on-failure"])
+
+
+@pytest.mark.skipif(os.name == "nt", reason="the program is a script here")
+def test_a_page_that_cannot_be_written_hides_no_failure(user: pytest.Pytester, monkeypatch: pytest.MonkeyPatch) -> None:
+    program = user.path / "ts3100"
+    program.write_text(f"#!/bin/sh\ntest $1 != view || {{ echo no disk >&2; exit 2; }}\nexec {shlex.quote(find_binary())} \"$@\"\n")
+    program.chmod(0o755)
+    monkeypatch.setenv("TS3100_BINARY", str(program))
+    result = run(user, TRACED)
+    result.assert_outcomes(failed=3, passed=1)
+    result.stdout.fnmatch_lines(["E *Refused: *", "*- ts3100 trace -*", "ts3100 view *.txt --first ng", "no page: no disk"])
+
+
+def test_without_the_program_the_report_says_how_to_make_the_page(user: pytest.Pytester, monkeypatch: pytest.MonkeyPatch) -> None:
+    with Robot.start(time="auto") as robot:
+        monkeypatch.setenv("TS3100_BINARY", str(user.path / "none"))
+        result = run(user, TRACED, f"--ts3100-url={robot.url}", "--ts3100-artifacts=kept")
+    result.assert_outcomes(failed=3, passed=1)
+    result.stdout.fnmatch_lines(["no page, because the program is not here; make it with ts3100 view kept/*test_refused-call.txt "
+                                 "--html kept/*test_refused-call.html"])
 
 
 def test_a_failed_test_shows_the_last_exchange_once(user: pytest.Pytester) -> None:
@@ -110,7 +190,7 @@ def test_findings_of_the_end_of_a_host(user: pytest.Pytester) -> None:
     result.assert_outcomes(passed=1, errors=1)
     # Also of the last test of a session: the robot ends after the report.
     result.stdout.fnmatch_lines(["*ERROR at teardown*", "the robot found mistakes*", "  IP0 left-in-exchange*",
-                                 "*- ts3100 last exchange -*", "> IP0 SU<CR>", "*- ts3100 transcript -*"])
+                                 "*- ts3100 last exchange -*", "> IP0 SU<CR>", "*- ts3100 trace -*"])
     result.stdout.no_fnmatch_line("*cannot read more from the robot*")
 
 
@@ -221,7 +301,7 @@ def test_configuration(user: pytest.Pytester, monkeypatch: pytest.MonkeyPatch) -
             host.raw(b"so\\r")
     """, "..")
     result.assert_outcomes(passed=1, failed=1)
-    assert len(list((user.path / "kept").iterdir())) == 1
+    assert sorted(path.suffix for path in (user.path / "kept").iterdir()) == [".html", ".txt"]
 
 
 SCENARIO = """
@@ -320,7 +400,7 @@ def test_the_report_of_a_worker_is_complete(user: pytest.Pytester) -> None:
             turn_servo_on(robot.address())
     """, "-n1")
     result.assert_outcomes(failed=1)
-    result.stdout.fnmatch_lines(["*- ts3100 findings -*", "*- ts3100 last exchange -*", "> IP0 so<CR>", "*- ts3100 transcript -*"])
+    result.stdout.fnmatch_lines(["*- ts3100 findings -*", "*- ts3100 last exchange -*", "> IP0 so<CR>", "*- ts3100 trace -*"])
 
 
 def test_only_some_emulators_are_kept(user: pytest.Pytester) -> None:

@@ -13,6 +13,7 @@ import difflib
 import os
 import re
 import shlex
+import subprocess
 import tempfile
 import xml.etree.ElementTree
 from collections import OrderedDict
@@ -21,7 +22,8 @@ from typing import Any, Dict, Generator, Iterator, List, Optional, Sequence, Tup
 
 import pytest
 
-from .errors import Error
+from .binary import find_binary
+from .errors import Error, StartError
 from .host import ADVISED_PAUSE, Host
 from .robot import Finding, Robot, set_flags
 
@@ -49,21 +51,29 @@ KEPT_SERVERS = 8
 FINDINGS_SHOWN = 10
 TEXT_SHOWN = 2000
 LONGEST_NAME = 100
+# When the run of a test is kept, as for the traces of Playwright.
+TRACES = ("off", "on", "retain-on-failure")
+# A page is written in less than a second; a machine under load takes longer.
+PAGE_TIMEOUT = 60
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:
     group = parser.getgroup("ts3100", "TS3100 emulator")
     group.addoption("--ts3100-url", metavar="URL", help="use a running emulator instead of starting one: the URL of its control "
                     "interface")
-    group.addoption("--ts3100-artifacts", metavar="DIR", help="write the transcripts of failed tests to this directory "
+    group.addoption("--ts3100-artifacts", metavar="DIR", help="write the traces of tests to this directory "
                     "[default: a temporary one]")
+    group.addoption("--ts3100-trace", choices=TRACES, help="keep the run of the robot, for `ts3100 view` and as a page: "
+                    "of no test, of each, or of those that fail [default: retain-on-failure]")
     parser.addini("ts3100_flags", "flags of `ts3100 serve` for every robot", "args", [])
     parser.addini("ts3100_time", "how time passes unless a test says otherwise: real, x10, stepped or auto", default="auto")
     parser.addini("ts3100_deny", "fail a test on these findings: none, note, warning, error or names of rules", "args", ["error"])
-    parser.addini("ts3100_artifacts", "directory for the transcripts of failed tests", default="")
+    parser.addini("ts3100_artifacts", "directory for the traces of tests", default="")
+    parser.addini("ts3100_trace", f"of which tests the run is kept: {', '.join(TRACES)}", default="retain-on-failure")
 
 
 def pytest_configure(config: pytest.Config) -> None:
+    _check_word(f"ts3100_trace: cannot keep the run of {_tracing(config)!r}", _tracing(config), TRACES)
     config.addinivalue_line("markers", f"ts3100({', '.join(f'{key}=...' for key in LIVE + OWN + PLUGIN)}): what the robot of a "
                             "test is like; `ts3100 docs pytest` explains them")
 
@@ -78,6 +88,9 @@ class _Test:
         self.robot: Optional[Robot] = None
         # Findings and transcript of a robot that ends before the report is made.
         self.record: Optional[Tuple[List[Finding], str]] = None
+        # The rule of the first finding that fails the test.
+        self.broken: Optional[str] = None
+        self.is_kept = False
         self._blamed = 0
         for marker in item.iter_markers("ts3100"):
             if marker.args:
@@ -102,6 +115,8 @@ class _Test:
         found = [finding for finding in robot.findings if not finding.caused_by
                  and (finding.rule in self._deny or SEVERITIES.index(finding.severity) >= lowest)]
         new, self._blamed = found[self._blamed:], len(found)
+        if new and not self.broken:
+            self.broken = new[0].rule
         return new
 
 
@@ -109,6 +124,11 @@ def _check_word(message: str, word: str, known: Sequence[str]) -> None:
     if word not in known:
         near = difflib.get_close_matches(word, known, 1)
         raise pytest.UsageError(f"{message}; " + (f"did you mean {near[0]!r}?" if near else f"there are {', '.join(known)}"))
+
+
+def _tracing(config: pytest.Config) -> str:
+    """Of which tests the run is kept."""
+    return str(config.getoption("--ts3100-trace") or config.getini("ts3100_trace"))
 
 
 def _listed(value: Any) -> List[Any]:
@@ -294,20 +314,29 @@ def pytest_runtest_call(item: pytest.Item) -> Generator[None, object, object]:
 
 @pytest.hookimpl(wrapper=True)
 def pytest_runtest_makereport(item: pytest.Item, call: pytest.CallInfo[None]) -> Generator[None, pytest.TestReport, pytest.TestReport]:
-    """Adds findings, the last exchange and the transcript to the report of a failed test."""
+    """Adds findings, the last exchange and the trace to the report of a failed test. Keeps the trace of others if told so."""
     report = yield
     test = item.stash.get(_TEST, None)
-    if report.failed and test and test.robot:
+    if not test or not test.robot:
+        return report
+    # The end of a test is the last moment at which its robot is as it left it.
+    kept_anyway = _tracing(item.config) == "on" and report.when == "teardown" and not test.is_kept
+    if report.failed or kept_anyway:
         try:
             findings, transcript = test.record or (test.robot.findings, test.robot.transcript())
-            report.sections += _sections(test, findings, transcript, str(report.when))
+            if report.failed:
+                report.sections += _sections(findings, transcript)
+            if _tracing(item.config) != "off":
+                shown = _keep(test, transcript, f"-{report.when}" if report.failed else "")
+                if report.failed:
+                    report.sections.append(("ts3100 trace", shown))
         except (Error, OSError) as error:
             report.sections.append(("ts3100", f"cannot read more from the robot: {error}"))
     return report
 
 
-def _sections(test: _Test, findings: List[Finding], transcript: str, when: str) -> List[Tuple[str, str]]:
-    """Findings, the last exchange and the transcript, as sections of a report."""
+def _sections(findings: List[Finding], transcript: str) -> List[Tuple[str, str]]:
+    """Findings and the last exchange, as sections of a report."""
     sections = []
     if findings:
         lines = [str(finding) for finding in findings[-FINDINGS_SHOWN:]]
@@ -317,13 +346,58 @@ def _sections(test: _Test, findings: List[Finding], transcript: str, when: str) 
     exchange = last_exchange(transcript)
     if exchange:
         sections.append(("ts3100 last exchange", exchange[-TEXT_SHOWN:]))
+    return sections
+
+
+def _keep(test: _Test, transcript: str, ending: str) -> str:
+    """Writes the transcript and its page. Returns the command that shows the moment of the failure, and the page."""
     folder = _artifacts(test)
     name = re.sub(r"[^\w.-]+", "-", test.item.nodeid)[-LONGEST_NAME:].strip("-")
-    path = folder / f"{name}-{when}.txt"
+    path = folder / f"{name}{ending}.txt"
     folder.mkdir(parents=True, exist_ok=True)
     path.write_bytes(transcript.encode())
+    test.is_kept = True
     test.item.user_properties.append(("ts3100_transcript", str(path)))
-    return [*sections, ("ts3100 transcript", str(path))]
+    here = test.item.config.invocation_params.dir
+    view = f"ts3100 view {_quoted(path, here)}"
+    return f"{view}{_moment(test, transcript)}\n" + _page(test, path, here, view)
+
+
+def _moment(test: _Test, transcript: str) -> str:
+    """The finding that failed the test, otherwise the first NG, otherwise the last that a host sent."""
+    if test.broken:
+        return f" --first {test.broken}"
+    if re.search(r"^<:? \S+ NG<CR>", transcript, re.MULTILINE):
+        return " --first ng"
+    return " --last received" if last_exchange(transcript) else ""
+
+
+def _page(test: _Test, path: Path, here: Path, view: str) -> str:
+    """Writes the page of a transcript beside it. Returns its path, or why there is none: the failure of the test is reported
+    all the same."""
+    page = path.with_suffix(".html")
+    try:
+        # The flags of a recording are relative to where its emulator was started.
+        made = subprocess.run([find_binary(), "view", str(path), "--html", str(page)], cwd=test.item.config.rootpath,
+                              stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.PIPE, timeout=PAGE_TIMEOUT)
+    except StartError:
+        return f"no page, because the program is not here; make it with {view} --html {_quoted(page, here)}"
+    except (OSError, subprocess.SubprocessError) as error:
+        return f"no page: {error}"
+    if made.returncode:
+        return f"no page: {made.stderr.decode(errors='replace').strip() or f'exit code {made.returncode}'}"
+    return f"page: {_shown(page, here)}"
+
+
+def _shown(path: Path, here: Path) -> str:
+    """A path, relative to the working directory if it is below."""
+    return str(path.relative_to(here) if here in path.parents else path)
+
+
+def _quoted(path: Path, here: Path) -> str:
+    """The same for a shell."""
+    shown = _shown(path, here)
+    return subprocess.list2cmdline([shown]) if os.name == "nt" else shlex.quote(shown)
 
 
 def _artifacts(test: _Test) -> Path:
