@@ -1,10 +1,22 @@
 using System;
 using System.IO;
 using System.Linq;
+using System.Text.RegularExpressions;
 using System.Threading;
 
 namespace Ts3100.Testing
 {
+    /// <summary>Which tests leave the run of their robot as a file.</summary>
+    public enum TraceMode
+    {
+        /// <summary>None.</summary>
+        Off,
+        /// <summary>Each.</summary>
+        On,
+        /// <summary>Those that fail.</summary>
+        RetainOnFailure
+    }
+
     /// <summary>One emulator for the tests of a class, an assembly or a run. <see cref="Fresh"/> gives each test a fresh
     /// robot of it, in less than a millisecond.</summary>
     /// <remarks>Needs no test framework. xUnit creates it as a class fixture; NUnit uses <see cref="Shared"/>.</remarks>
@@ -25,6 +37,7 @@ namespace Ts3100.Testing
         protected RobotFixture(Action<Robot> prepare, params string[] arguments)
         {
             Deny = Severity.Warning;
+            Trace = TraceMode.RetainOnFailure;
             TranscriptDirectory = Path.Combine(AppContext.BaseDirectory, "ts3100-transcripts");
             Process = new RobotProcess(arguments);
             if (prepare == null)
@@ -60,7 +73,10 @@ namespace Ts3100.Testing
         /// <summary>Findings of this severity and worse fail a test: warnings unless you set it. Null denies nothing.</summary>
         public Severity? Deny { get; set; }
 
-        /// <summary>Where the transcripts of failed tests go: ts3100-transcripts beside the test assembly.</summary>
+        /// <summary>Which tests leave a transcript and its page: those that fail, unless you set it.</summary>
+        public TraceMode Trace { get; set; }
+
+        /// <summary>Where transcripts and their pages go: ts3100-transcripts beside the test assembly.</summary>
         public string TranscriptDirectory { get; set; }
 
         /// <summary>A fresh robot: as it was started and prepared, without connections and findings.</summary>
@@ -134,27 +150,33 @@ namespace Ts3100.Testing
         /// <summary>The name of the test.</summary>
         public string Test { get; private set; }
 
-        /// <summary>The transcript of this test if it failed, otherwise null. Known after <see cref="End"/>.</summary>
+        /// <summary>The transcript of this test if it is kept, otherwise null. Known after <see cref="End"/>.</summary>
         public string TranscriptFile { get; private set; }
+
+        /// <summary>The page that shows the run in a browser; null if it could not be written, or the transcript is not kept.</summary>
+        public string PageFile { get; private set; }
 
         /// <summary>Findings of these rules do not fail this test.</summary>
         public void Allow(params string[] rules) { allowed = allowed.Concat(rules).ToArray(); }
 
-        /// <summary>Ends the test: writes the transcript if it failed, and fails it if its host made mistakes.</summary>
-        /// <param name="failed">Whether the test has failed already.</param>
+        /// <summary>Ends the test: keeps its run if it failed, and fails it if its host made mistakes.</summary>
+        /// <param name="failed">Whether the test has failed already. Then the command that shows the run is printed.</param>
         /// <exception cref="FindingsException">The host made mistakes.</exception>
         public void End(bool failed)
         {
             if (ended)
                 return;
             Finding[] denied;
-            string transcript = "";
+            string transcript = "", trace = "";
             try
             {
                 denied = fixture.Deny == null ? new Finding[0]
                     : Findings().Where(one => one.CausedBy.Length == 0 && one.Severity >= fixture.Deny && !allowed.Contains(one.Rule)).ToArray();
-                if (failed || denied.Length > 0)
-                    transcript = Keep();
+                bool isKept = fixture.Trace == TraceMode.On || fixture.Trace == TraceMode.RetainOnFailure && (failed || denied.Length > 0);
+                if (isKept || denied.Length > 0)
+                    transcript = Transcript();
+                if (isKept)
+                    trace = Keep(transcript, denied.Length > 0 ? denied[0].Rule : null);
             }
             finally
             {
@@ -162,7 +184,9 @@ namespace Ts3100.Testing
             }
             if (denied.Length > 0)
                 throw new FindingsException(denied, "protocol mistakes of the host:\n  " + string.Join("\n  ", (object[])denied)
-                    + "\nlast texts:\n  " + string.Join("\n  ", LastOf(transcript)) + "\ntranscript: " + TranscriptFile);
+                    + "\nlast texts:\n  " + string.Join("\n  ", LastOf(transcript)) + trace);
+            if (failed && trace.Length > 0)
+                Console.WriteLine(trace.TrimStart());
         }
 
         /// <summary>Ends a test that has not failed otherwise; see <see cref="End"/>.</summary>
@@ -175,15 +199,45 @@ namespace Ts3100.Testing
             base.Dispose(true);
         }
 
-        string Keep()
+        /// <summary>Writes the transcript and its page; the command that shows the moment of the failure, and the page.</summary>
+        string Keep(string transcript, string rule)
         {
-            string text = Transcript();
             Directory.CreateDirectory(fixture.TranscriptDirectory);
             string name = string.Concat((Test + "-" + number).Select(letter => char.IsLetterOrDigit(letter) ? letter : '-'));
-            string file = Path.Combine(fixture.TranscriptDirectory, name + ".txt");
-            System.IO.File.WriteAllText(file, text);
+            string file = Path.Combine(fixture.TranscriptDirectory, name + ".txt"), page = Path.ChangeExtension(file, ".html");
+            System.IO.File.WriteAllText(file, transcript);
             TranscriptFile = file;
-            return text;
+            string failure = RobotProcess.Run("view", file, "--html", page);
+            if (failure == null)
+                PageFile = page;
+            return "\nts3100 view " + Quoted(Shown(file)) + Moment(transcript, rule)
+                + (failure == null ? "\npage: " + Shown(page) : "\nno page: " + failure);
+        }
+
+        /// <summary>The finding that failed the test, otherwise the first NG, otherwise the last that a host sent.</summary>
+        static string Moment(string transcript, string rule)
+        {
+            if (rule != null)
+                return " --first " + rule;
+            if (Regex.IsMatch(transcript, @"^<:? \S+ NG<CR>", RegexOptions.Multiline))
+                return " --first ng";
+            return Regex.IsMatch(transcript, "^>:? ", RegexOptions.Multiline) ? " --last received" : "";
+        }
+
+        /// <summary>A path, relative to the working directory if it is below.</summary>
+        static string Shown(string path)
+        {
+            string here = Directory.GetCurrentDirectory().TrimEnd(Path.DirectorySeparatorChar) + Path.DirectorySeparatorChar;
+            string full = Path.GetFullPath(path);
+            return full.StartsWith(here, StringComparison.Ordinal) ? full.Substring(here.Length) : full;
+        }
+
+        /// <summary>A word for a shell.</summary>
+        static string Quoted(string word)
+        {
+            if (Regex.IsMatch(word, @"^[\w./\\:-]+$"))
+                return word;
+            return Path.DirectorySeparatorChar == '\\' ? "\"" + word + "\"" : "'" + word.Replace("'", "'\\''") + "'";
         }
 
         static string[] LastOf(string transcript)

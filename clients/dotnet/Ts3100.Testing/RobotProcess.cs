@@ -22,7 +22,7 @@ namespace Ts3100.Testing
         public const string BinaryVariable = "TS3100_BINARY";
         const int LogLines = 100, Sigterm = 15;
         // It is up in milliseconds; a machine under load takes longer.
-        static readonly TimeSpan StartLimit = TimeSpan.FromSeconds(20), EndLimit = TimeSpan.FromSeconds(5);
+        static readonly TimeSpan StartLimit = TimeSpan.FromSeconds(20), EndLimit = TimeSpan.FromSeconds(5), RunLimit = TimeSpan.FromSeconds(60);
 
         readonly Process process, guard;
         readonly List<string> log = new List<string>();
@@ -33,7 +33,7 @@ namespace Ts3100.Testing
         /// <exception cref="StartException">It does not start; the message has its log.</exception>
         public RobotProcess(params string[] arguments)
         {
-            string binary = Environment.GetEnvironmentVariable(BinaryVariable) ?? "ts3100";
+            string binary = Binary;
             var start = new ProcessStartInfo(binary)
             {
                 Arguments = string.Join(" ", new[] { "serve", "--ports", "auto", "--ready-json" }.Concat(arguments).Select(Quoted)),
@@ -133,6 +133,37 @@ namespace Ts3100.Testing
                     log.Add(line.Data);
                 if (log.Count > LogLines)
                     log.RemoveAt(0);
+            }
+        }
+
+        static string Binary { get { return Environment.GetEnvironmentVariable(BinaryVariable) ?? "ts3100"; } }
+
+        /// <summary>Runs another command of the binary. Returns why it failed; null if it has not.</summary>
+        internal static string Run(params string[] arguments)
+        {
+            try
+            {
+                using (Process command = Process.Start(new ProcessStartInfo(Binary)
+                {
+                    Arguments = string.Join(" ", arguments.Select(Quoted)),
+                    UseShellExecute = false,
+                    CreateNoWindow = true,
+                    RedirectStandardError = true
+                }))
+                {
+                    Task<string> said = command.StandardError.ReadToEndAsync();
+                    if (!said.Wait(RunLimit))
+                    {
+                        command.Kill();
+                        return Binary + " did not end within " + RunLimit.TotalSeconds + " s";
+                    }
+                    command.WaitForExit();
+                    return command.ExitCode == 0 ? null : said.Result.Trim();
+                }
+            }
+            catch (Exception error) when (error is InvalidOperationException || error is System.ComponentModel.Win32Exception)
+            {
+                return "cannot run " + Binary + ": " + error.Message;
             }
         }
 

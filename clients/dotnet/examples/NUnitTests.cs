@@ -25,6 +25,8 @@ public abstract class RobotTest
         {
             if (Robot?.TranscriptFile != null)
                 TestContext.AddTestAttachment(Robot.TranscriptFile);
+            if (Robot?.PageFile != null)
+                TestContext.AddTestAttachment(Robot.PageFile);
         }
 #endif
     }

@@ -7,6 +7,7 @@ using System.IO;
 using System.Linq;
 using System.Net.Sockets;
 using System.Text;
+using System.Text.RegularExpressions;
 using System.Threading;
 using Ts3100;
 using Ts3100.Testing;
@@ -279,7 +280,10 @@ static class Checks
                 "IP0: unknown command \"XX\" (unknown-command, error). Use a command that `ts3100 docs commands` lists, in upper case."));
             Equal("and the last texts", true, message.Contains("> IP0 XX<CR>\n  < IP0 NG<CR>\n"));
             Equal("and the transcript", true, File.ReadAllText(robot.TranscriptFile).Contains("> IP0 XX<CR>"));
-            File.Delete(robot.TranscriptFile);
+            Equal("the command shows the moment of the finding, and a page is beside", true, Regex.IsMatch(message,
+                @"\nts3100 view \S*ts3100-transcripts\S*Wrong-host-1\.txt --first unknown-command\npage: \S*Wrong-host-1\.html$"));
+            Equal("the page is whole", true, File.ReadAllText(robot.PageFile).TrimEnd().EndsWith("</html>"));
+            Discard(robot);
             robot = fixture.Fresh("Excused");
             using (Host host = robot.Host())
                 Thrown<RefusedException>(() => host.Command("XX"));
@@ -287,10 +291,50 @@ static class Checks
             robot.Dispose();
             Equal("a mistake that the test allows", null, robot.TranscriptFile);
             robot = fixture.Fresh("Failed otherwise");
+            TextWriter console = Console.Out;
+            var printed = new StringWriter();
+            Console.SetOut(printed);
             robot.End(true);
+            Console.SetOut(console);
             Equal("a test that failed otherwise has its transcript", true, File.Exists(robot.TranscriptFile));
-            File.Delete(robot.TranscriptFile);
+            Equal("and prints its command, here of a run without a host", true, Regex.IsMatch(printed.ToString(), @"^ts3100 view \S+-3\.txt\r?\n?page: "));
+            Discard(robot);
+            Traces(fixture);
         }
+    }
+
+    static void Traces(RobotFixture fixture)
+    {
+        fixture.Deny = null;
+        fixture.Trace = TraceMode.Off;
+        TestRobot robot = fixture.Fresh("Off");
+        robot.End(true);
+        Equal("a fixture that keeps nothing", null, robot.TranscriptFile);
+        fixture.Trace = TraceMode.On;
+        robot = fixture.Fresh("Passed");
+        robot.Dispose();
+        Equal("a fixture that keeps each run", true, File.Exists(robot.TranscriptFile) && File.Exists(robot.PageFile));
+        Discard(robot);
+        fixture.Trace = TraceMode.RetainOnFailure;
+        fixture.TranscriptDirectory = Path.Combine(fixture.TranscriptDirectory, "it's here");
+        string binary = Environment.GetEnvironmentVariable(RobotProcess.BinaryVariable);
+        Environment.SetEnvironmentVariable(RobotProcess.BinaryVariable, "no-such-binary");
+        fixture.Deny = Severity.Warning;
+        robot = fixture.Fresh("No program");
+        using (Host host = robot.Host())
+            Thrown<RefusedException>(() => host.Command("XX"));
+        string message = Thrown<FindingsException>(robot.Dispose);
+        Environment.SetEnvironmentVariable(RobotProcess.BinaryVariable, binary);
+        Equal("a page that cannot be written hides no failure", true, message.Contains("unknown-command, error")
+            && message.Contains("it'\\''s here/No-program-6.txt' --first unknown-command\nno page: cannot run no-such-binary: "));
+        Equal("and there is none", null, robot.PageFile);
+        Directory.Delete(fixture.TranscriptDirectory, true);
+    }
+
+    static void Discard(TestRobot robot)
+    {
+        File.Delete(robot.TranscriptFile);
+        File.Delete(robot.PageFile);
     }
 
     static void Starts()
