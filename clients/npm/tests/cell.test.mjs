@@ -2,7 +2,10 @@
 import assert from "node:assert/strict";
 import { spawn } from "node:child_process";
 import { once } from "node:events";
+import { mkdtemp, readdir, readFile, rm } from "node:fs/promises";
 import { createServer } from "node:http";
+import { tmpdir } from "node:os";
+import { join } from "node:path";
 import { after, afterEach, before, beforeEach, test } from "node:test";
 import { binary, Robot, start } from "ts3100";
 
@@ -47,12 +50,46 @@ test("the emergency stop refuses a start", async () => {
 test("a wrong host is named", async () => {
   const host = await robot.host();
   await assert.rejects(host.command("XX"), { name: "Refused" });
-  await assert.rejects(robot.checkFindings(), (error) => {
+  await assert.rejects(robot.checkFindings({ trace: "off" }), (error) => {
     assert.equal(error.name, "FindingsError");
     assert.match(error.message, /IP0: unknown command "XX" \(unknown-command, error\)\. Use a command that/);
-    assert.match(error.message, /> IP0 XX<CR>\n {2}< IP0 NG<CR>/);
+    assert.match(error.message, /> IP0 XX<CR>\n {2}< IP0 NG<CR>$/);
     return true;
   });
+  await host.close();
+  await robot.reset();
+});
+
+test("a failed test keeps its run", async (context) => {
+  const artifacts = await mkdtemp(join(tmpdir(), "it's a trace-")), kept = async () => (await readdir(artifacts)).map((name) => name.replace(/^.*?mjs-/, ""));
+  context.after(() => rm(artifacts, { recursive: true }));
+  const printed = context.mock.method(console, "log", () => {});
+  const host = await robot.host();
+  await host.status();
+  await robot.checkFindings({ artifacts, test: "passed" });
+  await robot.checkFindings({ artifacts, test: { name: "off", passed: false }, trace: "off" });
+  assert.deepEqual(await kept(), []);
+  await robot.checkFindings({ artifacts, test: { name: "failed otherwise", passed: false } });
+  assert.match(printed.mock.calls[0].arguments[0], /^ts3100 view '.*it'\\''s a trace-.*\/\S+-failed-otherwise-1\.txt' --last received\npage: .*-1\.html$/);
+  await robot.checkFindings({ artifacts, test: "passed", trace: "on" });
+  assert.equal(printed.mock.callCount(), 1);
+  await assert.rejects(host.select("NOFILE"), { name: "Refused" });
+  await robot.checkFindings({ artifacts, allow: ["refused-by-state"], failed: true });
+  assert.match(printed.mock.calls[1].arguments[0], / --first ng\npage: /);
+  await assert.rejects(host.command("XX"), { name: "Refused" });
+  await assert.rejects(robot.checkFindings({ artifacts, deny: "error" }), { message: /\nts3100 view .* --first unknown-command\npage: .*-4\.html$/ });
+  assert.deepEqual((await kept()).sort(), ["failed-otherwise-1", "passed-2", "test-3", "test-4"].flatMap((name) => [`${name}.html`, `${name}.txt`]));
+  const page = await readFile(join(artifacts, (await readdir(artifacts)).find((name) => name.endsWith("4.html"))), "utf8");
+  assert.match(page, /unknown command/);
+  await assert.rejects(robot.checkFindings({ trace: "always" }), RangeError);
+  const program = process.env.TS3100_BINARY;
+  process.env.TS3100_BINARY = join(artifacts, "none");
+  try {
+    await assert.rejects(robot.checkFindings({ artifacts, deny: "error" }), { message: /\nno page: .*ENOENT\nmake it with ts3100 view .* --html / });
+  } finally {
+    if (program) process.env.TS3100_BINARY = program;
+    else delete process.env.TS3100_BINARY;
+  }
   await host.close();
   await robot.reset();
 });

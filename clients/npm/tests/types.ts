@@ -18,6 +18,9 @@ export async function cell(): Promise<number> {
     if (error instanceof FindingsError) throw new Error(error.findings[0]?.rule);
     if (error instanceof ControlError && error.status === 0) throw new Error(binary());
   }
+  await robot.checkFindings({ test: { name: "cell", passed: false }, trace: "on", artifacts: "traces" });
+  // @ts-expect-error: no such mode
+  await robot.checkFindings({ trace: "always" });
   // @ts-expect-error: no such severity
   await robot.checkFindings({ deny: "fatal" });
   // @ts-expect-error: only start() makes one

@@ -291,8 +291,23 @@ export class Robot {
   findings(): Promise<Finding[]>;
   /** What went over the ports since the start or the last reset. */
   transcript(): Promise<string>;
-  /** Throws FindingsError where the host has made mistakes of this severity (default: warning) and worse. */
-  checkFindings(options?: { deny?: Severity; allow?: string[] }): Promise<void>;
+  /**
+   * Throws FindingsError where the host has made mistakes of this severity (default: warning) and worse. Keeps the run of a test that
+   * fails: the transcript and a page that shows it. The command that opens the run at the failure is in the error; it is printed
+   * if the test has failed otherwise.
+   */
+  checkFindings(options?: {
+    deny?: Severity;
+    allow?: string[];
+    /** The test, for the name of its files: a name, or what a hook of `node:test` gets, which also tells whether it has failed. */
+    test?: string | { readonly name: string; readonly passed?: boolean };
+    /** Whether the test has failed already. */
+    failed?: boolean;
+    /** Which tests keep their run; default `retain-on-failure`. */
+    trace?: "off" | "on" | "retain-on-failure";
+    /** Directory for the files; default `ts3100-transcripts`. */
+    artifacts?: string;
+  }): Promise<void>;
 }
 
 /** An emulator that start() has started. */

@@ -6,6 +6,7 @@ const { binary, environment } = require("./binary.js");
 const { Refused, ControlError, FindingsError, ProtocolError, Disconnected, NoReply, NotReached } = require("./errors.js");
 const { Host, Channel } = require("./host.js");
 const OPERATIONS = require("./operations.js");
+const { isKept, keep } = require("./trace.js");
 
 // It is up in milliseconds; a machine under load takes longer.
 const START_LIMIT_MS = 20_000;
@@ -193,17 +194,25 @@ class Robot {
       + `outputs on: ${state.outputs.on.join(" ") || "none"}; ${printed}the pendant ${printed ? "" : "printed "}${pendant}`;
   }
 
-  async checkFindings({ deny = "warning", allow = [] } = {}) {
+  async checkFindings({ deny = "warning", allow = [], test = "test", failed = test.passed === false, trace = "retain-on-failure",
+    artifacts = "ts3100-transcripts" } = {}) {
     const limit = SEVERITIES.indexOf(deny);
     if (limit < 0) throw new RangeError(`deny: expected ${SEVERITIES.join(", ")}, found ${deny}`);
     const found = (await this.findings()).filter(
       (one) => !one["caused-by"] && SEVERITIES.indexOf(one.severity) >= limit && !allow.includes(one.rule));
-    if (found.length === 0) return;
-    const texts = (await this.transcript()).split("\n").filter((line) => /^[<>] /.test(line)).slice(-LAST_TEXTS)
+    const denied = found.length > 0, traced = isKept(trace, failed || denied);
+    if (!denied && !traced) return;
+    const transcript = await this.transcript();
+    const shown = traced ? await keep(artifacts, test.name ?? test, transcript, found[0]?.rule) : "";
+    if (!denied) {
+      if (failed) console.log(shown);
+      return;
+    }
+    const texts = transcript.split("\n").filter((line) => /^[<>] /.test(line)).slice(-LAST_TEXTS)
       .map((line) => (line.length > LONGEST_SHOWN ? line.slice(0, LONGEST_SHOWN) + "..." : line));
     throw new FindingsError(found, ["protocol mistakes of the host:",
       ...found.map((one) => `  ${one.port}: ${one.message} (${one.rule}, ${one.severity}). ${one.remedy}`),
-      "last texts:", ...texts.map((line) => `  ${line}`)].join("\n"));
+      "last texts:", ...texts.map((line) => `  ${line}`), ...(traced ? [shown] : [])].join("\n"));
   }
 
   async #await(operation, condition, duration) {
