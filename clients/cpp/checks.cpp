@@ -1,4 +1,6 @@
 // Checks of ts3100.hpp against the emulator; the first that fails ends them with exit code 1.
+#include <filesystem>
+#include <fstream>
 #include <iostream>
 
 #include "ts3100.hpp"
@@ -210,6 +212,54 @@ void dialogue() {
     expect("the log is not the output of the test", true, cell.process.log().find("INFO") != std::string::npos);
 }
 
+std::size_t files(const std::filesystem::path& folder, const char* extension) {
+    std::size_t count = 0;
+    if (std::filesystem::exists(folder))
+        for (const auto& entry : std::filesystem::directory_iterator(folder)) count += entry.path().extension() == extension ? 1 : 0;
+    return count;
+}
+
+/// A text without the numbers in it.
+std::string without_numbers(std::string text) {
+    text.erase(std::remove_if(text.begin(), text.end(), [](unsigned char letter) { return std::isdigit(letter) != 0; }), text.end());
+    return text;
+}
+
+void traces() {
+    Fixture cell;
+    cell.artifacts = "it's a trace";
+    std::filesystem::remove_all(cell.artifacts);
+    cell.fresh().host().status();
+    expect("a test that passes keeps nothing", "", cell.mistakes());
+    cell.trace = ts3100::Trace::off;
+    expect("nor does one that fails, if told so", "", cell.keep("off"));
+    same("and there are no files", std::size_t{0}, files(cell.artifacts, ".txt"));
+    cell.trace = ts3100::Trace::on;
+    expect("a test that passes keeps its run, if told so", "", cell.mistakes());
+    cell.trace = ts3100::Trace::retain_on_failure;
+    const std::string answered = cell.keep("an answer");
+    expect("the command shows the last that a host sent", true, answered.find(" --last received\npage: it's a trace/an-answer-") != std::string::npos);
+    Host host = cell.fresh().host();
+    thrown<ts3100::Refused>([&] { host.select("NOFILE"); });
+    expect("or the first NG", true, cell.keep().find(" --first ng\npage: ") != std::string::npos);
+    thrown<ts3100::Refused>([&] { host.command("XX"); });
+    const std::string mistakes = cell.mistakes(ts3100::Severity::error, {}, "wrong host");
+    expect("or the finding that failed the test", "ts view 'it'\\''s a trace/wrong-host--.txt' --first unknown-command\npage: it's a trace/wrong-host--.html",
+           without_numbers(mistakes.substr(mistakes.find("ts3100 view"))));
+    same("each has a transcript", std::size_t{4}, files(cell.artifacts, ".txt"));
+    same("and a page", std::size_t{4}, files(cell.artifacts, ".html"));
+    std::filesystem::remove_all(cell.artifacts);
+    std::ofstream(cell.artifacts) << "a file";
+    expect("a run that cannot be kept hides no failure", true, cell.mistakes(ts3100::Severity::error).find("(unknown-command, error)") != std::string::npos);
+    expect("and says why", 0, static_cast<int>(cell.keep().find("the run is not kept: cannot write it's a trace")));
+    std::filesystem::remove(cell.artifacts);
+    const std::string binary = ts3100::Process::binary();
+    set_variable("TS3100_BINARY", "./no-such-binary");
+    expect("nor does a page that cannot be written", true, cell.mistakes(ts3100::Severity::error).find("\nno page: cannot write it's a trace/test-") != std::string::npos);
+    set_variable("TS3100_BINARY", binary.c_str());
+    std::filesystem::remove_all(cell.artifacts);
+}
+
 void starts() {
     expect("wrong options", true, thrown<ts3100::Error>([] { ts3100::Process({"--no-such-option"}); }).find("--no-such-option") != std::string::npos);
     std::string url;
@@ -251,6 +301,7 @@ int main() try {
     refusals();
     control();
     dialogue();
+    traces();
     starts();
     std::cout << "all of it\n";
     return 0;

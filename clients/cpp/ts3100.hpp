@@ -18,6 +18,8 @@
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
+#include <filesystem>
+#include <fstream>
 #include <functional>
 #include <locale>
 #include <map>
@@ -1389,8 +1391,7 @@ class Process {
 public:
     /// Options of `ts3100 serve`; variables that set options have no effect. The binary is that of TS3100_BINARY, otherwise `ts3100` in PATH.
     explicit Process(const std::vector<std::string>& options = {}) {
-        const char* named = std::getenv("TS3100_BINARY");
-        std::vector<std::string> words = {named != nullptr ? named : "ts3100", "serve", "--ports", "auto", "--ready-json"};
+        std::vector<std::string> words = {binary(), "serve", "--ports", "auto", "--ready-json"};
         words.insert(words.end(), options.begin(), options.end());
         start(words);
         try {
@@ -1403,6 +1404,12 @@ public:
     Process(const Process&) = delete;
     Process& operator=(const Process&) = delete;
     ~Process() { end(); }
+
+    /// The binary: that of TS3100_BINARY, otherwise `ts3100` in PATH.
+    static std::string binary() {
+        const char* const named = std::getenv("TS3100_BINARY");
+        return named != nullptr ? named : "ts3100";
+    }
 
     std::string control_url() const { return ready_["control"].as_string(); }
     /// The TCP port of ip0 to ip3.
@@ -1592,6 +1599,9 @@ private:
 #endif
 };
 
+/// Which tests leave the run of their robot as a transcript and a page for a browser.
+enum class Trace { off, on, retain_on_failure };
+
 /// One emulator for many tests: fresh() before each, mistakes() after it.
 class Fixture {
 public:
@@ -1601,7 +1611,9 @@ public:
     static constexpr std::size_t last_texts = 6, longest_shown = 120;
     const Process process;
     const Robot robot;
-
+    /// Which tests leave their run, and in which directory.
+    Trace trace = Trace::retain_on_failure;
+    std::string artifacts = "ts3100-transcripts";
 
     /// As the robot was started, without connections and findings; in less than a millisecond.
     const Robot& fresh() const {
@@ -1609,20 +1621,89 @@ public:
         return robot;
     }
 
-    /// The findings of this severity and worse, except of the allowed rules, and the last texts; nothing if there are none.
-    std::string mistakes(Severity deny = Severity::warning, const std::vector<std::string>& allowed = {}) const {
-        std::string report;
+    /// The findings of this severity and worse, except of the allowed rules, the last texts, and the command that shows the run;
+    /// nothing if there are none. `test` names the files of the run.
+    std::string mistakes(Severity deny = Severity::warning, const std::vector<std::string>& allowed = {}, const std::string& test = "test") const {
+        std::string report, rule;
         for (const Finding& finding : robot.findings())
-            if (finding.caused_by.empty() && finding.severity >= deny && std::find(allowed.begin(), allowed.end(), finding.rule) == allowed.end()) report += "\n  " + describe(finding);
-        if (report.empty()) return report;
+            if (finding.caused_by.empty() && finding.severity >= deny && std::find(allowed.begin(), allowed.end(), finding.rule) == allowed.end()) {
+                if (rule.empty()) rule = finding.rule;
+                report += "\n  " + describe(finding);
+            }
+        if (report.empty()) {
+            if (trace == Trace::on) keep(test);
+            return report;
+        }
         std::vector<std::string> texts;
         for (const std::string& line : detail::split(robot.transcript(), '\n'))
             if (line.compare(0, 2, "> ") == 0 || line.compare(0, 2, "< ") == 0)
                 texts.push_back(line.size() > longest_shown ? line.substr(0, longest_shown) + "..." : line);
         report = "protocol mistakes of the host:" + report + "\nlast texts:";
         for (std::size_t at = texts.size() > last_texts ? texts.size() - last_texts : 0; at < texts.size(); ++at) report += "\n  " + texts[at];
-        return report;
+        const std::string kept = keep(test, rule);
+        return kept.empty() ? report : report + "\n" + kept;
     }
+
+    /// Keeps the run of a test that has failed for another reason. Returns the command that shows it at the finding of this rule,
+    /// otherwise at the first NG or the last that a host sent, and where its page is; nothing with Trace::off.
+    std::string keep(const std::string& test = "test", const std::string& rule = "") const {
+        namespace files = std::filesystem;
+        if (trace == Trace::off) return "";
+        std::string name = test + "-" + std::to_string(process_id()) + "-" + std::to_string(++kept_);
+        for (char& letter : name)
+            if (std::isalnum(static_cast<unsigned char>(letter)) == 0) letter = '-';
+        const files::path file = files::path(artifacts) / (name + ".txt"), page = files::path(file).replace_extension(".html");
+        const std::string transcript = robot.transcript();
+        std::error_code ignored;
+        files::create_directories(file.parent_path(), ignored);
+        std::ofstream out(file, std::ios::binary);
+        out << transcript;
+        out.close();
+        if (!out) return "the run is not kept: cannot write " + file.string();
+        const std::string words = " view " + quoted(shown(file));
+        // What view has to say against it is on stderr.
+        const bool is_made = execute(quoted(Process::binary()) + words + " --html " + quoted(shown(page)));
+        return "ts3100" + words + moment(transcript, rule) + "\n" + (is_made ? "page: " : "no page: cannot write ") + shown(page);
+    }
+
+private:
+    mutable int kept_ = 0;
+
+    static std::string moment(const std::string& transcript, const std::string& rule) {
+        if (!rule.empty()) return " --first " + rule;
+        bool was_sent = false;
+        for (const std::string& line : detail::split(transcript, '\n')) {
+            const std::size_t port = line.find(' '), text = port == std::string::npos ? port : line.find(' ', port + 1);
+            if (line.compare(0, 1, "<") == 0 && text != std::string::npos && line.compare(text, 7, " NG<CR>") == 0) return " --first ng";
+            was_sent = was_sent || line.compare(0, 1, ">") == 0;
+        }
+        return was_sent ? " --last received" : "";
+    }
+    /// A path, relative to the working directory if it is below.
+    static std::string shown(const std::filesystem::path& file) {
+        const std::filesystem::path below = std::filesystem::absolute(file).lexically_relative(std::filesystem::current_path());
+        return below.empty() || *below.begin() == ".." ? file.string() : below.string();
+    }
+    /// A word for a shell.
+    static std::string quoted(const std::string& word) {
+        const auto is_bare = [](char letter) { return std::isalnum(static_cast<unsigned char>(letter)) != 0 || std::strchr("/\\._-:", letter) != nullptr; };
+        if (std::all_of(word.begin(), word.end(), is_bare)) return word;
+#ifdef _WIN32
+        return "\"" + word + "\"";
+#else
+        std::string text = "'";
+        for (char letter : word) text += letter == '\'' ? std::string("'\\''") : std::string(1, letter);
+        return text + "'";
+#endif
+    }
+#ifdef _WIN32
+    static unsigned long process_id() { return GetCurrentProcessId(); }
+    // cmd takes off the outer quotation marks of a line that begins with one.
+    static bool execute(const std::string& line) { return std::system(("\"" + line + "\"").c_str()) == 0; }
+#else
+    static long process_id() { return getpid(); }
+    static bool execute(const std::string& line) { return std::system(line.c_str()) == 0; }
+#endif
 };
 
 }  // namespace ts3100

@@ -11,7 +11,7 @@ int main() try {
     } catch (const ts3100::Refused&) {
         // This host does not look at the answer.
     }
-    const std::string mistakes = cell.mistakes();
+    const std::string mistakes = cell.mistakes(ts3100::Severity::warning, {}, "wrong host");
     std::cout << mistakes << '\n';
     return mistakes.empty() ? 0 : 1;
 } catch (const std::exception& error) {

@@ -35,6 +35,7 @@ NUNIT = "/usr/lib/cli/nunit.framework-2.6.3/nunit.framework.dll"
 DOTNET = "dotnetcore2==3.1.23"
 FINDING = 'IP0: unknown command "XX" (unknown-command, error). Use a command that `ts3100 docs commands` lists, in upper case.'
 LAST_TEXTS = "> IP0 XX<CR>"
+TRACE = " --first unknown-command\n"
 
 
 class Missing(Exception):
@@ -122,10 +123,11 @@ def dotnet(binary, folder):
     runner = ("nunit-console", "-nologo", "-nodots")
     succeeds("the NUnit example", *runner, "Cell.dll", cwd=build, TS3100_BINARY=binary)
     code, said = run(*runner, "-run:WrongHost", "Wrong.dll", cwd=build, TS3100_BINARY=binary)
-    named("a wrong host under NUnit fails with its finding", code, said, FINDING, LAST_TEXTS,
+    named("a wrong host under NUnit fails with its finding", code, said, FINDING, LAST_TEXTS, TRACE,
           "RN: servo power is off (start-servo-off, warning)", "Errors: 2")
     transcripts = glob.glob(os.path.join(build, "ts3100-transcripts", "*.txt"))
     equal("each failed test has its transcript", 2, len(transcripts))
+    true("and each a page", all(os.path.exists(path[:-len("txt")] + "html") for path in transcripts))
 
     succeeds("the .NET runtime is there", sys.executable, "-m", "pip", "-q", "download", "--no-deps", "-d", folder, DOTNET)
     with zipfile.ZipFile(glob.glob(os.path.join(folder, "dotnetcore2*.whl"))[0]) as wheel:
@@ -156,8 +158,8 @@ def cpp(binary, folder):
         true("%s: its four tests ran" % compiler, "100% tests passed, 0 tests failed out of 4" in said, said)
         equal("%s: the log of the emulator stays out of the output of a test" % compiler, "", succeeds("%s: a test alone" % compiler,
               os.path.join(build, "dialogue_test"), TS3100_BINARY=binary))
-        code, said = run(os.path.join(build, "wrong_host"), TS3100_BINARY=binary)
-        named("%s: a wrong host fails with its finding" % compiler, code, said, FINDING, LAST_TEXTS)
+        code, said = run(os.path.join(build, "wrong_host"), cwd=build, TS3100_BINARY=binary)
+        named("%s: a wrong host fails with its finding" % compiler, code, said, FINDING, LAST_TEXTS, TRACE)
     plays("C++", binary, folder, os.path.join(folder, "g++", "page", "build", "play"))
     succeeds("it compiles for Windows", windows, "-std=c++17", "-Wall", "-Wextra", "-Wconversion", "-Wshadow", "-Werror",
              os.path.join(source, "checks.cpp"), "-o", os.path.join(folder, "checks.exe"), "-lws2_32", timeout=BUILD_TIMEOUT)
@@ -189,7 +191,7 @@ def npm(binary, folder):
     succeeds("it installs", "npm", "install", "--offline", "--no-audit", "--no-fund", *packages, cwd=home)
     own = os.path.join(home, "node_modules", "ts3100")
     equal("the package has these files", sorted(["LICENSE-APACHE", "LICENSE-MIT", "README.md", "binary.js", "errors.js", "host.js", "index.d.ts",
-                                                 "index.js", "launch.js", "operations.d.ts", "operations.js", "package.json"]), sorted(os.listdir(own)))
+                                                 "index.js", "launch.js", "operations.d.ts", "operations.js", "package.json", "trace.js"]), sorted(os.listdir(own)))
     equal("and that of the platform these", sorted(["LICENSE-APACHE", "LICENSE-MIT", "package.json", "ts3100"]),
           sorted(os.listdir(os.path.join(home, "node_modules", "@ts3100", "linux-x64"))))
     page, _ = pasted("node.md", binary, folder)
@@ -206,7 +208,7 @@ def npm(binary, folder):
     # A number of JavaScript has 53 bits.
     plays("Node", binary, folder, "node", "play.mjs", exact=False, cwd=home)
     code, said = run("node", "--test", "wrong_host.test.mjs", cwd=home)
-    named("a wrong host fails with its finding", code, said, FINDING, LAST_TEXTS)
+    named("a wrong host fails with its finding", code, said, FINDING, LAST_TEXTS, TRACE)
     succeeds("TypeScript is there", "npm", "install", "--no-save", "--no-audit", "--no-fund", "typescript@5", "@types/node@22", cwd=home)
     succeeds("the types hold", os.path.join(home, "node_modules", ".bin", "tsc"), "--noEmit", "--strict", "--module", "nodenext",
              "--target", "es2022", "types.ts", cwd=home)
