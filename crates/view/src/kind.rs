@@ -102,6 +102,7 @@ pub fn went_wrong(run: &Run) -> Option<u64> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use ts3100_controller::{Bytes, Port};
 
     #[test]
     fn a_kind_is_a_word_or_a_rule() {
@@ -112,5 +113,26 @@ mod tests {
             "no-cR".parse::<Kind>().unwrap_err().to_string(),
             "expected ng, finding, alarm, received or the rule of a finding, found `no-cR`; did you mean `no-cr`?"
         );
+    }
+
+    #[test]
+    fn a_refusal_is_an_ng_before_its_text_is_sent_and_a_fault_can_make_one() {
+        let port = Port::Ip0;
+        let sent = |text: &[u8]| JournalEvent::Sent {
+            port,
+            data: Bytes::from(text.to_vec()),
+        };
+        let refused = JournalEvent::Controller(Event::Refused {
+            port,
+            command: "SL".to_owned(),
+            reason: "no such file".to_owned(),
+        });
+        for event in [refused, sent(b"\x02NG\r\x03"), sent(b"NG\r\n")] {
+            assert!(Kind::Ng.has(&event) && !Kind::Received.has(&event), "{event:?}");
+        }
+        let data = Bytes::from(b"\x02NG\r\x03".to_vec());
+        let received = JournalEvent::Received { port, data };
+        assert!(Kind::Received.has(&received) && !Kind::Ng.has(&received));
+        assert!(!Kind::Ng.has(&sent(b"\x02OK\r\x03")));
     }
 }
