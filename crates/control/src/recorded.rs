@@ -5,6 +5,7 @@
 
 use super::alarms::ActiveAlarm;
 use super::arm::ArmPicture;
+use super::body::Json;
 use super::handle::Handle;
 use super::problem::Problem;
 use super::robots::{OfRobot, is_page};
@@ -14,6 +15,7 @@ use axum::http::uri::{PathAndQuery, Uri};
 use axum::http::{Method, StatusCode};
 use axum::middleware::Next;
 use axum::response::{IntoResponse, Response};
+use serde::Serialize;
 use serde_json::Value;
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -40,21 +42,33 @@ pub trait Moments: Send + Sync {
     fn find(&self, key: Option<&str>) -> Result<Handle, NoMoment>;
 }
 
+/// A value as a document that can be changed. It is written as everywhere and read again: a second way of writing every type
+/// would be much code.
+pub fn document(value: &impl Serialize) -> Value {
+    // A document of words and numbers can always be written.
+    let text = serde_json::to_vec(value).unwrap_or_default();
+    serde_json::from_slice(&text).unwrap_or_default()
+}
+
+/// The response with a document.
+pub fn json_response(value: impl Serialize) -> Response {
+    Json(value).into_response()
+}
+
 /// The document of `/state` for a moment, with the findings by rule until then.
 pub fn state_document(still: &Still, findings: BTreeMap<String, u64>) -> Value {
-    // A document of words and numbers can always be written.
-    still.look(|view| serde_json::to_value(ControllerState::new(view, findings, false)).unwrap_or_default())
+    still.look(|view| document(&ControllerState::new(view, findings, false)))
 }
 
 /// An active alarm as in the document of `/state`, of which only the number is known.
 pub fn alarm_document(number: &str) -> Option<Value> {
     let row = AlarmCode::from_number(number)?;
-    serde_json::to_value(ActiveAlarm::of_code(&row)).ok()
+    Some(document(&ActiveAlarm::of_code(&row)))
 }
 
 /// The document of `/arm` for a moment.
 pub fn arm_document(still: &Still) -> Value {
-    still.look(|view| serde_json::to_value(ArmPicture::new(view)).unwrap_or_default())
+    still.look(|view| document(&ArmPicture::new(view)))
 }
 
 /// A call of a recorded run: its page shows it so.

@@ -11,7 +11,7 @@ use serde::Serialize;
 use serde_json::{Map, Value, json};
 use std::collections::{BTreeMap, HashMap};
 use ts3100_control::event::NumberedEvent;
-use ts3100_control::recorded::state_document;
+use ts3100_control::recorded::{document, state_document};
 use ts3100_controller::Time;
 use ts3100_driver::driver::request::Still;
 use ts3100_recording::replay::Playback;
@@ -80,7 +80,7 @@ fn short_lanes(run: &Run) -> Value {
         let known = usize::try_from(event - 1).ok().and_then(|place| times.get(place));
         at - known.copied().unwrap_or_default()
     };
-    let mut lanes = serde_json::to_value(run.lanes()).unwrap_or_default();
+    let mut lanes = document(&run.lanes());
     for lane in lanes.as_array_mut().into_iter().flatten() {
         let mut last = 0;
         for item in lane["items"].as_array_mut().into_iter().flatten() {
@@ -114,7 +114,7 @@ fn events(run: &Run, rules: &mut Map<String, Value>, others: &mut Vec<u8>) -> Ve
     let mut newest: Option<(usize, Vec<u8>)> = None;
     let all = run.journal().events_from(1, usize::MAX).events;
     let form = |(place, found): (usize, &NumberedEvent)| {
-        let Ok(Value::Object(mut event)) = serde_json::to_value(found) else {
+        let Value::Object(mut event) = document(found) else {
             return Value::Null;
         };
         for key in ["seq", "t", "text", "bytes"] {

@@ -93,7 +93,7 @@ pub fn page(run: &Run) -> Result<String, BundleError> {
 fn encoded(data: &Data<'_>) -> String {
     let mut encoder = GzEncoder::new(Vec::new(), Compression::best());
     // Into memory, and of words and numbers: neither fails.
-    let _ = serde_json::to_writer(&mut encoder, data);
+    let _ = encoder.write_all(&serde_json::to_vec(data).unwrap_or_default());
     let _ = encoder.write_all(b"\n");
     let _ = encoder.write_all(&data.bytes);
     STANDARD.encode(encoder.finish().unwrap_or_default())

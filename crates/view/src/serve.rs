@@ -7,22 +7,22 @@
 //! | `/trace/events?since=N&count=M` | Events by number |
 //! | `/trace/changes?of=N&until=KEY` | Changes of a value with their causes |
 //! | `/trace/hits?line=7&file=PICK&value=N&until=KEY` | Executions of a line |
-//! | `/moments/KEY/...` | The control interface at a moment; see [`MomentKey`](crate::key::MomentKey) |
+//! | `/moments/KEY/...` | The control interface at a moment; see [`MomentKey`] |
 
 use crate::key::{KeyError, MomentKey};
 use crate::run::Run;
 use crate::why::{Found, Question};
+use axum::Router;
 use axum::extract::{Path, Query, State};
 use axum::http::StatusCode;
 use axum::response::{IntoResponse, Response};
 use axum::routing::get;
-use axum::{Json, Router};
 use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};
 use std::sync::Arc;
 use tokio::task::spawn_blocking;
 use ts3100_control::event::NumberedEvent;
-use ts3100_control::recorded::{Moments, NoMoment};
+use ts3100_control::recorded::{Moments, NoMoment, json_response};
 use ts3100_control::{DriverHandle, Server};
 use ts3100_controller::watched::WatchedError;
 
@@ -42,11 +42,11 @@ pub fn serve(run: &Arc<Run>, server: Server) {
     let own = Router::new()
         .route(
             "/trace",
-            get(async |State(run): State<Arc<Run>>| Json(run.info()).into_response()),
+            get(async |State(run): State<Arc<Run>>| json_response(run.info())),
         )
         .route(
             "/trace/lanes",
-            get(async |State(run): State<Arc<Run>>| Json(run.lanes())),
+            get(async |State(run): State<Arc<Run>>| json_response(run.lanes())),
         )
         .route("/trace/events", get(get_events))
         .route(
@@ -82,7 +82,7 @@ async fn get_events(State(run): State<Arc<Run>>, Query(selection): Query<Selecti
     let count = selection.count.unwrap_or(MAX_BATCH).min(MAX_BATCH);
     let batch = run.journal().events_from(selection.since, count);
     let (events, next) = (batch.events, batch.next);
-    Json(Batch { events, next }).into_response()
+    json_response(Batch { events, next })
 }
 
 /// A question about the whole run, and the moment up to which its answer is of interest.
@@ -127,7 +127,7 @@ async fn get_hits(State(run): State<Arc<Run>>, Query(asked): Query<Asked>) -> Re
 }
 
 fn refusal(told: &str) -> Response {
-    (StatusCode::BAD_REQUEST, Json(json!({ "error": told }))).into_response()
+    (StatusCode::BAD_REQUEST, json_response(json!({ "error": told }))).into_response()
 }
 
 async fn answer(run: Arc<Run>, question: Question, until: Option<String>) -> Response {
@@ -161,7 +161,7 @@ async fn answer(run: Arc<Run>, question: Question, until: Option<String>) -> Res
     match asked.await {
         Ok(Extract { found, next, count }) => {
             let more = count - found.len() as u64;
-            Json(json!({ key: found, "next": next, "more": more })).into_response()
+            json_response(json!({ key: found, "next": next, "more": more }))
         }
         Err(_) => refusal("the question was given up"),
     }
@@ -178,8 +178,10 @@ async fn document(
         Err(error) => return refusal(&KeyError::to_string(&error)),
     };
     match spawn_blocking(move || read(&run, key)).await {
-        Ok(Ok(document)) => Json(document).into_response(),
-        Ok(Err(NoMoment(told))) => (StatusCode::NOT_FOUND, Json(json!({ "error": told }))).into_response(),
+        Ok(Ok(document)) => json_response(document),
+        Ok(Err(NoMoment(told))) => {
+            (StatusCode::NOT_FOUND, json_response(json!({ "error": told }))).into_response()
+        }
         Err(_) => refusal("the question was given up"),
     }
 }

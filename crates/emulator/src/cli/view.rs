@@ -18,6 +18,7 @@ use std::path::{Path, PathBuf};
 use std::str::FromStr;
 use std::sync::Arc;
 use ts3100_control::client::Client;
+use ts3100_control::recorded::document;
 use ts3100_control::{ControlChoice, ControlSettings};
 use ts3100_controller::{Time, Watched};
 use ts3100_driver::files;
@@ -249,7 +250,7 @@ fn rows(found: &[Found], more: u64, sign: &str) -> String {
 
 fn show<T: Serialize>(json: bool, value: &T, text: impl FnOnce() -> String) -> anyhow::Result<()> {
     if json {
-        output::print(serde_json::to_string_pretty(value)? + "\n")
+        output::print(format!("{:#}\n", document(value)))
     } else {
         output::print(text())
     }
