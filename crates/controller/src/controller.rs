@@ -24,7 +24,7 @@ use bytes::Bytes;
 use ts3100_proto::name::FileName;
 
 /// The robot controller.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, PartialEq)]
 pub struct Controller {
     /// Several kilobytes, which a move of the controller would copy.
     pub(crate) robot: Box<Robot>,
@@ -33,6 +33,19 @@ pub struct Controller {
     pub(crate) due: Option<Time>,
     /// The input that came at the instant at which a change had to be stored first; it is handled when it is.
     pub(crate) deferred: Option<Box<(Time, Input)>>,
+}
+
+impl Clone for Controller {
+    /// Not inlined: a copy of every part is ten kilobytes of code at each of the places that copy a controller.
+    #[inline(never)]
+    fn clone(&self) -> Controller {
+        Controller {
+            robot: self.robot.clone(),
+            endpoints: self.endpoints.clone(),
+            due: self.due,
+            deferred: self.deferred.clone(),
+        }
+    }
 }
 
 impl Controller {
