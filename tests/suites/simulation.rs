@@ -5,12 +5,14 @@ use ts3100_simulation::{Figures, Rule, shrunk, simulate};
 use ts3100_tests::Robot;
 
 const SEEDS: std::ops::Range<u64> = 0..40;
+/// Seeds that have broken a rule: a jog or a motion begun while the arm slowed, also that of a locked machine.
+const FOUND: [u64; 3] = [1_568, 2_930, 67_047];
 
 // clause: TRN-01 TRN-02 SU-12 CMD-SP-07 CMD-LST-02
 #[test]
 fn whatever_hosts_and_operators_do() {
     let mut figures = Figures::default();
-    for seed in SEEDS {
+    for seed in SEEDS.chain(FOUND) {
         if let Err(failure) = simulate(seed, None, &mut figures) {
             panic!("{}", shrunk(*failure, None));
         }

@@ -197,15 +197,16 @@ impl Arm {
     /// # Errors
     /// The field, and what is wrong with it.
     pub(crate) fn validate(&self, now: Time) -> Result<(), SnapshotError> {
-        let fits = |holds, place, found| check(holds, place, "a posture of the arm", found);
         let posture = |place, joints: &Joints| {
             let checked = self.model.check_limits(joints);
             checked.map_err(|reason| SnapshotError::value(place, "a posture of the arm", reason))
         };
         posture("arm.rest", &self.rest)?;
-        fits(
-            self.wear.is_valid(now),
+        let worn = self.wear.is_valid(now);
+        check(
+            worn,
             "arm.wear",
+            "a posture of the arm",
             "numbers that a motion can reach",
         )?;
         let motions = [
@@ -215,10 +216,13 @@ impl Arm {
         ];
         for (place, active) in motions {
             let Some(active) = active else { continue };
-            let later = active.start > now && active.locked;
-            fits(!later, place, "a motion that begins later, of a locked machine")?;
             let valid = active.motion.is_valid(&self.model);
-            fits(valid, place, "a motion with finite times and places")?;
+            check(
+                valid,
+                place,
+                "a posture of the arm",
+                "a motion with finite times and places",
+            )?;
             posture(place, &active.motion.joints_at(now.since(active.start)))?;
             posture(place, &active.motion.end())?;
         }

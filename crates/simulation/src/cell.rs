@@ -57,6 +57,8 @@ impl Cell {
             let Ok(mut controller) = Controller::new(robot.config(), files) else {
                 continue;
             };
+            // What starting has put out is for the disk and the log, and no part of a snapshot.
+            while controller.poll_output().is_some() {}
             controller.persist_outside(true);
             let watch = Watch::new(number, robot, &controller, canary);
             let mut seat = Seat::new(controller);
