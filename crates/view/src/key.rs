@@ -1,7 +1,6 @@
 //! The name of a moment in addresses and on the command line: `118` is the event of this number, `118@12.4` some time
 //! after it, `@12.4` a time alone.
 
-use std::fmt;
 use std::str::FromStr;
 use ts3100_controller::Time;
 
@@ -51,18 +50,6 @@ pub fn parse_seconds(text: &str) -> Option<Time> {
     Some(Time::from_micros(
         seconds.checked_mul(1_000_000)?.checked_add(micros)?,
     ))
-}
-
-impl fmt::Display for MomentKey {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        if let Some(event) = self.event {
-            write!(f, "{event}")?;
-        }
-        match self.at {
-            Some(at) => write!(f, "@{at}"),
-            None => Ok(()),
-        }
-    }
 }
 
 #[cfg(test)]

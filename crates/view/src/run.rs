@@ -9,7 +9,7 @@ use crate::why::{Answer, Answers, Question};
 use serde::Serialize;
 use serde_json::Value;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
-use tokio::sync::{Semaphore, watch};
+use tokio::sync::Semaphore;
 use ts3100_control::DriverHandle;
 use ts3100_control::journal::{Journal, JournalWriter};
 use ts3100_control::recorded::{NoMoment, arm_document, state_document};
@@ -34,7 +34,6 @@ pub struct Run {
     streams: Arc<Semaphore>,
     epochs: Vec<Epoch>,
     opened: Mutex<Opened>,
-    progress: watch::Sender<usize>,
     answers: Answers,
 }
 
@@ -130,7 +129,6 @@ impl Run {
                 complete: false,
                 most_steps: 0,
             }),
-            progress: watch::Sender::new(0),
             answers: Answers::default(),
         });
         let opening = Opening {
@@ -160,7 +158,6 @@ impl Run {
                 complete: true,
                 most_steps: 0,
             }),
-            progress: watch::Sender::new(0),
             answers: Answers::default(),
         })
     }
@@ -193,11 +190,6 @@ impl Run {
     /// The lanes so far.
     pub fn lanes(&self) -> Lanes {
         self.opened().lanes.clone()
-    }
-
-    /// Changes when more of the run has been played.
-    pub fn progress(&self) -> watch::Receiver<usize> {
-        self.progress.subscribe()
     }
 
     /// The most steps from a copy to a moment, in the part that has been played.
@@ -505,11 +497,7 @@ impl Opening {
                 keyframes.note(&self.playback);
             }
         }
-        let is_complete = opened.complete;
-        let played = opened.event_of.len();
-        drop(opened);
-        self.run.progress.send_replace(played);
-        !is_complete
+        !opened.complete
     }
 
     /// Plays all of it.

@@ -20,7 +20,6 @@ const ZOOM = 1.6;
 const SMALL = matchMedia("(max-width: 699px)");
 const COLOURS = ["card", "text", "soft", "line", "press", "page", "accent", "ok", "ok-back", "warn", "warn-back", "bad", "bad-back", "forced", "forced-back"];
 const LEVELS = ["soft", "forced", "warn", "bad"], BACKS = ["press", "forced-back", "warn-back", "bad-back"];
-const WORDS = {"": "", note: "note", warning: "warning", error: "error"};
 
 /** The signs of the keys: a font may be without them. */
 const SIGNS = {start: "M2 2h2v12H2zM14 2v12L5 8z", before: "M12 2v12L3 8z", play: "M4 2l9 6-9 6z", pause: "M3 2h4v12H3zM9 2h4v12H9z", after: "M4 2v12l9-6z", end: "M12 2h2v12h-2zM2 2v12l9-6z"};
@@ -378,7 +377,7 @@ export async function create(run) {
     const after = placed.filter(one => one.far > 0).sort((one, other) => one.far - other.far || one.item[0] - other.item[0]).slice(0, LISTED);
     list(items, [...spans, ...before, ...after], one => one.lane.id + " " + one.item.slice(0, 4), one => make("li", {}, make("button", {type: "button", onclick: () => run.goTo(one.item)},
       make("b", {}, shownTime(one.item[1])), make("span", {}))), (row, {lane, item, span, far}) => {
-      say(row.firstChild.lastChild, (span ? "since then, " : "") + lane.title + ": " + (item[2] ? WORDS[item[2]] + ", " : "") + item[3]);
+      say(row.firstChild.lastChild, (span ? "since then, " : "") + lane.title + ": " + (item[2] ? item[2] + ", " : "") + item[3]);
       mark(row, "data-level", item[2] || "plain");
       mark(row, "data-now", span || item[0] === moment.e);
       mark(row, "data-later", far > 0);
@@ -428,7 +427,7 @@ export async function create(run) {
     tip.hidden = !item;
     if (!item) return;
     const [, t, level, label, , end] = item;
-    say(tip, shownTime(t) + (end === undefined ? "" : " to " + shownTime(end)) + "  " + lane.title + ": " + (level ? WORDS[level] + ": " : "") + label);
+    say(tip, shownTime(t) + (end === undefined ? "" : " to " + shownTime(end)) + "  " + lane.title + ": " + (level ? level + ": " : "") + label);
     const box = element.getBoundingClientRect();
     tip.style.left = Math.max(4, Math.min(event.clientX - box.left + 12, box.width - tip.offsetWidth - 4)) + "px";
     tip.style.top = event.clientY - box.top - tip.offsetHeight - 10 + "px";
