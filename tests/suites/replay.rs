@@ -19,7 +19,7 @@ const SEEDS: std::ops::Range<u64> = 500..505;
 
 /// The moments of some events of a run, and some between two events.
 fn moments(run: &Run) -> Vec<Moment> {
-    let events = run.journal().events_from(1, usize::MAX).events;
+    let events = run.events();
     let step = events.len().div_ceil(MOMENTS).max(1);
     let mut found = vec![Moment {
         records: 0,

@@ -124,7 +124,8 @@ impl Courses {
     }
 }
 
-/// A course at a time, with the velocities. Angles are continued beyond half a turn from those before.
+/// A course at a time, with the velocities.
+#[derive(Clone)]
 struct Sample {
     since: Duration,
     values: Vec<f64>,
@@ -150,8 +151,8 @@ fn knots(begun: &Begun, duration: Duration) -> Vec<Knot> {
                 .collect(),
         }
     };
-    let mut samples = vec![sample(Duration::ZERO)];
     let first = sample(Duration::ZERO);
+    let mut samples = vec![first.clone()];
     divide(
         &first,
         &sample(duration),
@@ -202,12 +203,7 @@ fn divide(
             .all(|(curve, found)| (curve - found).abs() <= TOLERANCE)
     });
     if depth == 0 || is_near || span < 4 * INSTANT {
-        let (since, values, velocities) = (to.since, to.values.clone(), to.velocities.clone());
-        samples.push(Sample {
-            since,
-            values,
-            velocities,
-        });
+        samples.push(to.clone());
         return;
     }
     let middle = sample(from.since + span / 2);

@@ -14,6 +14,7 @@ use ts3100_control::event::NumberedEvent;
 use ts3100_control::recorded::{document, state_document};
 use ts3100_controller::Time;
 use ts3100_driver::driver::request::Still;
+use ts3100_proto::escape::hex_byte;
 use ts3100_recording::replay::Playback;
 
 /// Values of the state that a motion tells while it is under way.
@@ -69,13 +70,7 @@ pub fn data(run: &Run) -> Option<Data<'_>> {
 /// The lanes with items as `[event, t, level, label, end event, end t]`: the event as the distance to that of the item before,
 /// times as those since their event, and of a span its end event as the distance to its event. Nearly all are the same.
 fn short_lanes(run: &Run) -> Value {
-    let times: Vec<i64> = run
-        .journal()
-        .events_from(1, usize::MAX)
-        .events
-        .iter()
-        .map(|event| micros(event.t))
-        .collect();
+    let times: Vec<i64> = run.events().iter().map(|event| micros(event.t)).collect();
     let since = |event: i64, at: i64| {
         let known = usize::try_from(event - 1).ok().and_then(|place| times.get(place));
         at - known.copied().unwrap_or_default()
@@ -112,7 +107,7 @@ fn events(run: &Run, rules: &mut Map<String, Value>, others: &mut Vec<u8>) -> Ve
     // The last piece of each kind on each port, and the last of all.
     let mut pieces: HashMap<String, (usize, Vec<u8>)> = HashMap::new();
     let mut newest: Option<(usize, Vec<u8>)> = None;
-    let all = run.journal().events_from(1, usize::MAX).events;
+    let all = run.events();
     let form = |(place, found): (usize, &NumberedEvent)| {
         let Value::Object(mut event) = document(found) else {
             return Value::Null;
@@ -196,7 +191,7 @@ fn around(back: usize, old: &[u8], new: &[u8], others: &mut Vec<u8>) -> Option<V
 
 fn from_hex(hex: &str) -> Vec<u8> {
     let digits = hex.as_bytes().chunks(2);
-    let byte = |pair: &[u8]| u8::from_str_radix(std::str::from_utf8(pair).ok()?, 16).ok();
+    let byte = |pair: &[u8]| hex_byte(std::str::from_utf8(pair).ok()?);
     digits.filter_map(byte).collect()
 }
 
@@ -204,12 +199,7 @@ fn from_hex(hex: &str) -> Vec<u8> {
 fn observed(run: &Run) -> Vec<Value> {
     let (mut last, mut at, mut event, mut states) = (Value::Null, Time::ZERO, 0, Vec::new());
     for next in std::iter::once(0).chain(run.observations()) {
-        let time = run
-            .journal()
-            .events_from(next, 1)
-            .events
-            .first()
-            .map_or(Time::ZERO, |found| found.t);
+        let time = run.time_of(next);
         let Ok(mut state) = run.state(MomentKey {
             event: Some(next),
             at: None,
@@ -238,7 +228,7 @@ fn without_moment(state: &mut Value) {
 fn states(run: &Run, mut playback: Playback) -> (Vec<Value>, Motions, Vec<Value>) {
     let mut writer = StateWriter {
         records: run.records_of_events(),
-        events: run.journal().events_from(1, usize::MAX).events,
+        events: run.events(),
         taken: 0,
         last: Value::Null,
         at: Time::ZERO,

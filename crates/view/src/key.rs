@@ -52,6 +52,12 @@ pub fn parse_seconds(text: &str) -> Option<Time> {
     ))
 }
 
+/// Seconds as [`parse_seconds`] reads them, with as many decimals as the time has.
+pub fn short_seconds(at: Time) -> String {
+    let text = at.to_string();
+    text.trim_end_matches('0').trim_end_matches('.').to_owned()
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -79,14 +79,14 @@ impl Kind {
 
     /// The number of the first event of this kind in a run that is whole.
     pub fn first(self, run: &Run) -> Option<u64> {
-        let events = run.journal().events_from(1, usize::MAX).events;
+        let events = run.events();
         let found = events.iter().find(|found| self.has(&found.event));
         found.map(|found| found.seq)
     }
 
     /// The number of the last event of this kind in a run that is whole.
     pub fn last(self, run: &Run) -> Option<u64> {
-        let events = run.journal().events_from(1, usize::MAX).events;
+        let events = run.events();
         let found = events.iter().rev().find(|found| self.has(&found.event));
         found.map(|found| found.seq)
     }

@@ -30,6 +30,16 @@ pub enum Level {
     Error,
 }
 
+impl From<Severity> for Level {
+    fn from(severity: Severity) -> Level {
+        match severity {
+            Severity::Note => Level::Note,
+            Severity::Warning => Level::Warning,
+            Severity::Error => Level::Error,
+        }
+    }
+}
+
 impl Level {
     const fn word(self) -> &'static str {
         match self {
@@ -314,11 +324,7 @@ impl Lanes {
                 self.mark(LaneId::Port(*port), place, Level::Error, command);
             }
             Event::Finding(finding) => {
-                let level = match (finding.caused_by, finding.rule.severity) {
-                    (Some(_), _) | (None, Severity::Note) => Level::Note,
-                    (None, Severity::Warning) => Level::Warning,
-                    (None, Severity::Error) => Level::Error,
-                };
+                let level = finding.severity().into();
                 let label = format!("{}: {}", finding.rule.id, finding.message);
                 self.mark(LaneId::Faulty, place, level, &label);
             }

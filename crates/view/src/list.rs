@@ -5,7 +5,6 @@ use crate::run::Run;
 use serde::Serialize;
 use std::fmt;
 use ts3100_control::event::{JournalEvent, NumberedEvent};
-use ts3100_controller::findings::Severity;
 use ts3100_controller::{Bytes, Event, Port, Time};
 use ts3100_proto::escape::Escaped;
 
@@ -43,7 +42,7 @@ impl fmt::Display for Line {
 
 /// The lines of a run, or of them those about something that is wrong.
 pub fn lines(run: &Run, errors: bool) -> Vec<Line> {
-    let events = run.journal().events_from(1, usize::MAX).events;
+    let events = run.events();
     let mut lines: Vec<Line> = events.iter().filter_map(line).collect();
     let actions = run.lanes().actions();
     lines.extend(actions.into_iter().map(|item| Line {
@@ -115,7 +114,6 @@ fn of_controller(event: &Event) -> Option<Parts> {
             reason,
         } => (Some(*port), "ng", Some("error"), format!("{command}: {reason}")),
         Event::Finding(finding) => {
-            let severity = finding.severity();
             let cause = finding.caused_by.map(|cause| format!(" (caused-by: {cause})"));
             let text = format!(
                 "{}: {}{}",
@@ -123,9 +121,7 @@ fn of_controller(event: &Event) -> Option<Parts> {
                 finding.message,
                 cause.unwrap_or_default()
             );
-            let level =
-                Some(severity.as_str()).filter(|_| severity > Severity::Note || finding.caused_by.is_some());
-            (finding.port, "finding", level.or(Some("note")), text)
+            (finding.port, "finding", Some(finding.severity().as_str()), text)
         }
         Event::Alarm { number, text } => (None, "alarm", Some("error"), format!("{number} {text}")),
         Event::AlarmsReset => (None, "alarm", None, "reset".to_owned()),

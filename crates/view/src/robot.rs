@@ -1,10 +1,11 @@
 //! A recording of a real robot: what its traffic tells. There is no controller to ask, so arm, lines and positions follow SF,
 //! mode and file follow SU, and the rest is not known.
 
-use crate::lanes::{Lanes, Place};
-use crate::run::Entry;
+use crate::lanes::Place;
+use crate::run::{Entry, Places};
 use serde_json::{Value, json};
 use std::collections::BTreeMap;
+use std::sync::Arc;
 use ts3100_control::journal::{Journal, JournalWriter};
 use ts3100_control::recorded::{alarm_document, arm_document, state_document};
 use ts3100_controller::output::Verdict;
@@ -80,14 +81,6 @@ pub struct Observed {
     told: Vec<(u64, Told)>,
 }
 
-/// The place of every event and record among the others.
-#[derive(Default)]
-pub struct Places {
-    pub records_of: Vec<u32>,
-    pub event_of: Vec<u64>,
-    pub lanes: Lanes,
-}
-
 /// A port on its way through a recording.
 #[derive(Default)]
 struct Peer {
@@ -97,15 +90,15 @@ struct Peer {
 }
 
 /// Reads the whole recording.
-pub fn observe(
+pub(crate) fn observe(
     recording: &Recording,
     template: Controller,
-    journal: &std::sync::Arc<Journal>,
+    journal: &Arc<Journal>,
 ) -> (Observed, Places) {
     let options = template.config().options.text;
     let mut reader = Reader {
-        writer: JournalWriter::new(std::sync::Arc::clone(journal)),
-        journal: std::sync::Arc::clone(journal),
+        writer: JournalWriter::new(Arc::clone(journal)),
+        journal: Arc::clone(journal),
         places: Places::default(),
         peers: BTreeMap::new(),
         options,
@@ -130,7 +123,7 @@ pub fn observe(
 
 struct Reader {
     writer: JournalWriter,
-    journal: std::sync::Arc<Journal>,
+    journal: Arc<Journal>,
     places: Places,
     peers: BTreeMap<PeerId, Peer>,
     options: TextOptions,

@@ -2,7 +2,7 @@
 //!
 //! It can be used at once; [`Opening`] plays it meanwhile from its start, and makes the copies from which a moment is near.
 
-use crate::key::{KeyError, MomentKey};
+use crate::key::{KeyError, MomentKey, short_seconds};
 use crate::lanes::{Lanes, Place};
 use crate::robot::{self, Observed};
 use crate::why::{Answer, Answers, Question};
@@ -11,6 +11,7 @@ use serde_json::Value;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use tokio::sync::Semaphore;
 use ts3100_control::DriverHandle;
+use ts3100_control::event::NumberedEvent;
 use ts3100_control::journal::{Journal, JournalWriter};
 use ts3100_control::recorded::{NoMoment, arm_document, state_document};
 use ts3100_controller::{Controller, Time};
@@ -55,15 +56,21 @@ enum Source {
 /// What opening has found so far.
 struct Opened {
     source: Source,
-    /// Of each event, how many records had happened by then.
-    records_of: Vec<u32>,
-    /// Of each record that was played, the number of the last event by then.
-    event_of: Vec<u64>,
-    lanes: Lanes,
+    places: Places,
     departure: Option<Departure>,
     complete: bool,
     /// The most steps that a moment took.
     most_steps: u64,
+}
+
+/// The places of events and records among each other, and the lanes.
+#[derive(Default)]
+pub(crate) struct Places {
+    /// Of each event, how many records had happened by then.
+    pub(crate) records_of: Vec<u32>,
+    /// Of each record that was played, the number of the last event by then.
+    pub(crate) event_of: Vec<u64>,
+    pub(crate) lanes: Lanes,
 }
 
 /// A part of a run in which time continues: a reset or a restored snapshot begins another.
@@ -114,23 +121,8 @@ impl Run {
         let journal = Arc::new(Journal::new(MAX_EVENTS, Arc::default()));
         playback.subscribe(Box::new(JournalWriter::new(Arc::clone(&journal))));
         let comparison = Comparison::new(&mut playback);
-        let run = Arc::new(Run {
-            name: name.to_owned(),
-            epochs: epochs(&recording),
-            recording,
-            journal,
-            streams: Arc::new(Semaphore::new(MAX_STREAMS)),
-            opened: Mutex::new(Opened {
-                source: Source::Emulator(keyframes),
-                records_of: Vec::new(),
-                event_of: Vec::new(),
-                lanes: Lanes::default(),
-                departure: None,
-                complete: false,
-                most_steps: 0,
-            }),
-            answers: Answers::default(),
-        });
+        let source = Source::Emulator(keyframes);
+        let run = Run::new(name, recording, journal, source, Places::default());
         let opening = Opening {
             run: Arc::clone(&run),
             playback,
@@ -143,19 +135,28 @@ impl Run {
     pub fn open_robot(name: &str, recording: Recording, template: Controller) -> Arc<Run> {
         let journal = Arc::new(Journal::new(MAX_EVENTS, Arc::default()));
         let (observed, places) = robot::observe(&recording, template, &journal);
+        let source = Source::Robot(Box::new(observed));
+        Run::new(name, Arc::new(recording), journal, source, places)
+    }
+
+    fn new(
+        name: &str,
+        recording: Arc<Recording>,
+        journal: Arc<Journal>,
+        source: Source,
+        places: Places,
+    ) -> Arc<Run> {
         Arc::new(Run {
             name: name.to_owned(),
             epochs: epochs(&recording),
-            recording: Arc::new(recording),
+            recording,
             journal,
             streams: Arc::new(Semaphore::new(MAX_STREAMS)),
             opened: Mutex::new(Opened {
-                source: Source::Robot(Box::new(observed)),
-                records_of: places.records_of,
-                event_of: places.event_of,
-                lanes: places.lanes,
+                complete: matches!(source, Source::Robot(_)),
+                source,
+                places,
                 departure: None,
-                complete: true,
                 most_steps: 0,
             }),
             answers: Answers::default(),
@@ -189,7 +190,7 @@ impl Run {
 
     /// The lanes so far.
     pub fn lanes(&self) -> Lanes {
-        self.opened().lanes.clone()
+        self.opened().places.lanes.clone()
     }
 
     /// The most steps from a copy to a moment, in the part that has been played.
@@ -223,10 +224,13 @@ impl Run {
     /// What there is to say about the run as a whole.
     pub fn info(&self) -> RunInfo<'_> {
         let opened = self.opened();
-        let played = opened.event_of.len();
+        let played = opened.places.event_of.len();
         let mut epochs = self.epochs.clone();
         for epoch in &mut epochs {
-            let before = epoch.records.checked_sub(1).map(|last| opened.event_of.get(last));
+            let before = epoch
+                .records
+                .checked_sub(1)
+                .map(|last| opened.places.event_of.get(last));
             epoch.event = before.map_or(1, |before| before.map_or(0, |event| event + 1));
         }
         // Those that have not been played are not known yet.
@@ -269,25 +273,23 @@ impl Run {
         };
         let place = usize::try_from(event - 1).unwrap_or(usize::MAX);
         let opened = self.opened();
-        let Some(records) = opened.records_of.get(place) else {
-            let known = opened.records_of.len();
+        let Some(records) = opened.places.records_of.get(place) else {
+            let known = opened.places.records_of.len();
             let more = if opened.complete { "" } else { " so far" };
             return Err(NoMoment(format!(
                 "event {event}: the run has {known} events{more}"
             )));
         };
-        let begun = self
-            .journal
-            .events_from(event, 1)
-            .events
-            .first()
-            .map(|found| found.t);
         let mut records = *records as usize;
-        let begun = begun.unwrap_or_default();
+        let begun = self.time_of(event);
         let mut at = at.unwrap_or(begun).min(self.ends(records)).max(begun);
         // What has happened since without an event belongs to it; what has one ends it.
         while let Some(record) = self.recording.records.get(records) {
-            let is_silent = opened.event_of.get(records).is_some_and(|last| *last <= event);
+            let is_silent = opened
+                .places
+                .event_of
+                .get(records)
+                .is_some_and(|last| *last <= event);
             if record.at > at {
                 break;
             }
@@ -347,7 +349,7 @@ impl Run {
 
     /// Of each event, how many records had happened by then.
     pub(crate) fn records_of_events(&self) -> Vec<u32> {
-        self.opened().records_of.clone()
+        self.opened().places.records_of.clone()
     }
 
     /// The run at its start; `None` of a real robot.
@@ -371,6 +373,22 @@ impl Run {
         &self.recording
     }
 
+    /// Every event so far.
+    pub fn events(&self) -> Vec<NumberedEvent> {
+        self.journal.events_from(1, usize::MAX).events
+    }
+
+    /// Virtual time of an event; that of the start where there is none of this number.
+    pub(crate) fn time_of(&self, event: u64) -> Time {
+        let found = self.journal.events_from(event, 1).events;
+        found.first().map_or(Time::ZERO, |found| found.t)
+    }
+
+    /// The number of the last event that had happened at a moment.
+    pub(crate) fn event_at(&self, moment: Moment) -> u64 {
+        self.last_event(&self.opened(), moment)
+    }
+
     /// The number of the last event that had happened at each of these moments.
     pub(crate) fn events_at(&self, moments: impl Iterator<Item = Moment>) -> Vec<u64> {
         let opened = self.opened();
@@ -380,10 +398,12 @@ impl Run {
     /// The number of the last event that had happened at a moment.
     fn last_event(&self, opened: &Opened, moment: Moment) -> u64 {
         let after = opened
+            .places
             .records_of
             .partition_point(|records| *records as usize <= moment.records);
         // Of those without a record in between, the ones that were due by then.
         let first = opened
+            .places
             .records_of
             .partition_point(|records| (*records as usize) < moment.records);
         let count = after - first;
@@ -440,10 +460,8 @@ impl Run {
     /// There is no such moment.
     pub fn fragment(&self, key: MomentKey) -> Result<String, NoMoment> {
         let moment = self.moment(key)?;
-        let event = self.last_event(&self.opened(), moment);
-        let at = moment.at.to_string();
-        let at = at.trim_end_matches('0').trim_end_matches('.');
-        Ok(format!("t={at}&e={event}"))
+        let event = self.event_at(moment);
+        Ok(format!("t={}&e={event}", short_seconds(moment.at)))
     }
 
     /// The way to a moment for the calls of the control interface; without a key the end.
@@ -484,7 +502,7 @@ impl Opening {
     pub fn advance(&mut self) -> bool {
         let run = Arc::clone(&self.run);
         let mut opened = run.opened();
-        if opened.event_of.is_empty() && self.playback.steps() == 0 {
+        if opened.places.event_of.is_empty() && self.playback.steps() == 0 {
             self.note(&mut opened, None);
         }
         for _ in 0..PORTION {
@@ -507,27 +525,27 @@ impl Opening {
 
     fn note(&mut self, opened: &mut Opened, step: Option<Step>) {
         let moment = self.playback.moment();
-        let known = opened.records_of.len() as u64;
+        let known = opened.places.records_of.len() as u64;
         let records = u32::try_from(moment.records).unwrap_or(u32::MAX);
         for found in self.run.journal.events_from(known + 1, usize::MAX).events {
-            opened.records_of.push(records);
+            opened.places.records_of.push(records);
             let place = Place {
                 event: found.seq,
                 at: found.t,
             };
-            opened.lanes.event(place, &found.event);
+            opened.places.lanes.event(place, &found.event);
         }
-        let event = opened.records_of.len() as u64;
+        let event = opened.places.records_of.len() as u64;
         let place = Place { event, at: moment.at };
         if let Some(Step::Record(record)) = step {
-            opened.event_of.push(event);
+            opened.places.event_of.push(event);
             if let Some(RecordKind::Action(action)) =
                 self.run.recording.records.get(record).map(|record| &record.kind)
             {
-                opened.lanes.action(place, &action.to_string());
+                opened.places.lanes.action(place, &action.to_string());
             }
         }
-        opened.lanes.state(place, self.playback.controller());
+        opened.places.lanes.state(place, self.playback.controller());
         self.comparison.note(&mut self.playback);
         opened.departure = opened
             .departure

@@ -1,8 +1,10 @@
 //! What matters of a run in a few lines: what went wrong first, the mistakes of the host with their remedies, the last exchange.
 //! For a terminal, and for a page whose scripts are blocked.
 
+use crate::key::short_seconds;
 use crate::run::Run;
 use std::fmt::Write as _;
+use ts3100_book::escaped;
 use ts3100_control::event::{JournalEvent, NumberedEvent};
 use ts3100_controller::findings::{Rule, Severity};
 use ts3100_controller::{Event, Port, Time};
@@ -75,7 +77,7 @@ impl Summary {
             end: run.end().at,
             ..Summary::default()
         };
-        for found in run.journal().events_from(1, usize::MAX).events {
+        for found in run.events() {
             summary.take(&found);
         }
         summary
@@ -165,11 +167,11 @@ impl Summary {
             ),
         });
         parts.push(counted(self.alarms.len() as u64, "alarm"));
-        format!("{} in {} s", parts.join(", "), seconds(self.end))
+        format!("{} in {} s", parts.join(", "), short_seconds(self.end))
     }
 
-    /// The lines of the summary; `place` tells where a moment is.
-    fn lines(&self, place: impl Fn(u64, Time) -> String) -> Vec<(&'static str, Vec<String>)> {
+    /// The lines of the summary, by their titles.
+    fn lines(&self) -> Vec<(&'static str, Vec<String>)> {
         let mut parts = vec![(
             "Run",
             vec![format!("{} ({})", self.name, self.origin), self.verdict()],
@@ -238,7 +240,7 @@ impl Summary {
     /// For a terminal.
     pub fn to_text(&self) -> String {
         let mut text = String::new();
-        for (title, lines) in self.lines(|event, at| format!("{} s, event {event}", seconds(at))) {
+        for (title, lines) in self.lines() {
             let _ = writeln!(text, "{title}");
             for line in lines {
                 let _ = writeln!(text, "  {line}");
@@ -250,7 +252,7 @@ impl Summary {
     /// As a part of a page, which a script may close.
     pub fn to_html(&self) -> String {
         let mut html = String::from("<details id=\"summary\" open><summary>Summary of the run</summary>\n");
-        for (title, lines) in self.lines(|event, at| format!("{} s, event {event}", seconds(at))) {
+        for (title, lines) in self.lines() {
             let _ = writeln!(html, "<h2>{title}</h2><ul>");
             for line in lines {
                 let _ = writeln!(html, "<li>{}</li>", escaped(line.trim_start()));
@@ -269,15 +271,7 @@ fn counted(count: u64, what: &str) -> String {
     }
 }
 
-fn seconds(at: Time) -> String {
-    let text = at.to_string();
-    let text = text.trim_end_matches('0').trim_end_matches('.');
-    text.to_owned()
-}
-
-fn escaped(text: &str) -> String {
-    text.replace('&', "&amp;")
-        .replace('<', "&lt;")
-        .replace('>', "&gt;")
-        .replace('"', "&quot;")
+/// The words for a moment. The page makes links of them.
+fn place(event: u64, at: Time) -> String {
+    format!("{} s, event {event}", short_seconds(at))
 }
