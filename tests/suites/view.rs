@@ -42,7 +42,7 @@ fn opened(recording: Recording) -> Arc<Run> {
 fn tapped(run: &Run) -> Recording {
     let mut recording = Recording::default();
     recording.header.origin = "observed, ts3100 tap 0.1.0 in front of 192.168.0.124".to_owned();
-    let events = run.journal().events_from(1, usize::MAX).events;
+    let events = run.events();
     let kinds = events.into_iter().filter_map(|event| {
         let kind = if let JournalEvent::Connected { port, peer } = event.event {
             RecordKind::Connected {
@@ -133,12 +133,34 @@ fn each_change_has_its_cause_although_many_happen_at_one_moment() {
 }
 
 #[test]
+fn a_cause_has_the_words_of_the_file_as_it_was_then() {
+    let program = |line: &str| format!("GLOBAL<LF>  N = 0<LF>END<LF>PROGRAM COUNT<LF>  {line}<LF>END<LF>");
+    let run = |line: &str| {
+        format!(
+            "! file put COUNT {}\n> IP0 SL,COUNT<CR>\n@+100ms\n> IP0 RN<CR>\n@+1s\n",
+            program(line)
+        )
+    };
+    let written = format!(
+        "origin: written by the test, ours\n! servo on\n! connect IP0\n@+100ms\n{}{}",
+        run("N = N + 1"),
+        run("N = N + 5")
+    );
+    let causes: Vec<String> = changes(&opened(text::read(&written).unwrap()), "N")
+        .into_iter()
+        .map(|(_, cause)| cause)
+        .filter(|cause| cause.starts_with("COUNT"))
+        .collect();
+    assert_eq!(causes, ["COUNT line 5: N = N + 1", "COUNT line 5: N = N + 5"]);
+}
+
+#[test]
 fn a_key_is_the_state_after_its_event_and_before_the_next() {
     let run = opened(polling(2));
     let state = |key: MomentKey| run.state(key).unwrap();
     let servo = |key| state(key)["servo"].as_bool().unwrap();
     assert!(servo(at(0)), "all that happened by then");
-    let selected = run.journal().events_from(1, usize::MAX).events;
+    let selected = run.events();
     let selected = selected.iter().find(|event| {
         matches!(
             &event.event,

@@ -5,7 +5,6 @@
 
 use crate::run::Run;
 use serde::ser::{Serialize, SerializeSeq as _, Serializer};
-use std::collections::BTreeMap;
 use std::mem;
 use std::sync::{Arc, Mutex, PoisonError};
 use ts3100_controller::{Controller, Event, Output, Time, Watched};
@@ -56,11 +55,7 @@ pub struct Answer {
 impl Answer {
     /// What was found until a moment.
     pub fn before(&self, run: &Run, moment: Moment) -> &[Found] {
-        let event = run
-            .events_at(std::iter::once(moment))
-            .first()
-            .copied()
-            .unwrap_or_default();
+        let event = run.event_at(moment);
         let is_before = |found: &Found| found.event < event || found.event == event && found.at <= moment.at;
         let after = self.found.partition_point(is_before);
         self.found.get(..after).unwrap_or_default()
@@ -110,6 +105,33 @@ struct Statement {
     seen: String,
 }
 
+impl Statement {
+    /// `PICK line 7: N = N + 1`, of the file as it is now: it may have been stored again.
+    fn place(&self, controller: &Controller, file: &str) -> String {
+        if self.task == 0 {
+            return "the statement of DO".to_owned();
+        }
+        let content = controller.files().find(|(name, _)| *name == file);
+        let text = content.map(|(_, content)| String::from_utf8_lossy(content));
+        let place = usize::try_from(self.line)
+            .ok()
+            .and_then(|line| line.checked_sub(1));
+        let line = text
+            .as_deref()
+            .zip(place)
+            .and_then(|(text, place)| text.lines().nth(place));
+        let task = match self.task {
+            1 => String::new(),
+            task => format!(" (task {task})"),
+        };
+        short(&format!(
+            "{file} line {}{task}: {}",
+            self.line,
+            line.unwrap_or_default().trim()
+        ))
+    }
+}
+
 /// Collects the statements of a step.
 struct Listener(Arc<Mutex<Vec<Statement>>>);
 
@@ -141,7 +163,6 @@ pub fn ask(run: &Run, question: &Question) -> Answer {
     let mut asked = Asked {
         question,
         watched,
-        texts: BTreeMap::new(),
         value: String::new(),
         found: Vec::new(),
         more: 0,
@@ -150,7 +171,7 @@ pub fn ask(run: &Run, question: &Question) -> Answer {
     let mut file = playback.controller().selected().to_owned();
     while let Some(step) = playback.step() {
         let statements = mem::take(&mut *told.lock().unwrap_or_else(PoisonError::into_inner));
-        let by = match step {
+        let by = || match step {
             Step::Due => "the time: a delay, a pulse or a motion".to_owned(),
             Step::Record(place) => run.recording().records.get(place).map(cause).unwrap_or_default(),
         };
@@ -180,8 +201,6 @@ pub fn ask(run: &Run, question: &Question) -> Answer {
 struct Asked<'a> {
     question: &'a Question,
     watched: Option<Watched>,
-    /// The lines of the file that was selected last.
-    texts: BTreeMap<String, Vec<String>>,
     value: String,
     found: Vec<(Moment, String, String)>,
     more: u64,
@@ -201,17 +220,22 @@ impl Asked<'_> {
         controller: &Controller,
         file: &str,
         statements: &[Statement],
-        by: String,
+        by: impl Fn() -> String,
     ) {
         match self.question {
             Question::Changes(_) => {
-                let mut by = by;
+                // The value was seen before each statement, so the one before that has changed it.
+                let mut last = None;
+                let cause = |last: Option<&Statement>| match last {
+                    Some(statement) => statement.place(controller, file),
+                    None => by(),
+                };
                 for statement in statements {
-                    self.change(moment, &statement.seen, &by);
-                    by = self.statement(controller, file, statement);
+                    self.change(moment, &statement.seen, || cause(last));
+                    last = Some(statement);
                 }
                 let now = self.read(controller);
-                self.change(moment, &now, &by);
+                self.change(moment, &now, || cause(last));
             }
             Question::Hits {
                 file: wanted, line, ..
@@ -222,56 +246,26 @@ impl Asked<'_> {
                             1 => "the main program".to_owned(),
                             task => format!("task {task}"),
                         };
-                        self.keep(moment, hit.seen.clone(), task);
+                        self.keep(moment, &hit.seen, || task);
                     }
                 }
             }
         }
     }
 
-    fn change(&mut self, moment: Moment, value: &str, by: &str) {
+    fn change(&mut self, moment: Moment, value: &str, cause: impl FnOnce() -> String) {
         if value != self.value {
             value.clone_into(&mut self.value);
-            self.keep(moment, value.to_owned(), by.to_owned());
+            self.keep(moment, value, cause);
         }
     }
 
-    fn keep(&mut self, moment: Moment, value: String, cause: String) {
+    fn keep(&mut self, moment: Moment, value: &str, cause: impl FnOnce() -> String) {
         if self.found.len() < MAX_FOUND {
-            self.found.push((moment, value, cause));
+            self.found.push((moment, value.to_owned(), cause()));
         } else {
             self.more += 1;
         }
-    }
-
-    /// `PICK line 7: N = N + 1`.
-    fn statement(&mut self, controller: &Controller, file: &str, statement: &Statement) -> String {
-        if statement.task == 0 {
-            return "the statement of DO".to_owned();
-        }
-        if !self.texts.contains_key(file) {
-            let content = controller.files().find(|(name, _)| *name == file);
-            let text = content.map(|(_, content)| String::from_utf8_lossy(content).into_owned());
-            let lines = text
-                .unwrap_or_default()
-                .lines()
-                .map(|line| line.trim().to_owned())
-                .collect();
-            // One file at a time: it may be stored again.
-            self.texts = BTreeMap::from([(file.to_owned(), lines)]);
-        }
-        let place = usize::try_from(statement.line)
-            .unwrap_or(usize::MAX)
-            .wrapping_sub(1);
-        let lines = self.texts.get(file);
-        let text = lines
-            .and_then(|lines| lines.get(place))
-            .map_or("", String::as_str);
-        let task = match statement.task {
-            1 => String::new(),
-            task => format!(" (task {task})"),
-        };
-        short(&format!("{file} line {}{task}: {text}", statement.line))
     }
 }
 
