@@ -5,6 +5,16 @@
 use crate::prelude::*;
 use alloc::borrow::Cow;
 
+/// The first characters of a text, at most so many, with `...` where there are more.
+pub fn shortened(text: &str, most: usize) -> Cow<'_, str> {
+    // No character is shorter than a byte, so most texts need not be counted.
+    let end = Some(text).filter(|text| text.len() > most);
+    match end.and_then(|text| text.char_indices().nth(most)) {
+        Some((end, _)) => Cow::Owned(format!("{}...", text.get(..end).unwrap_or_default())),
+        None => Cow::Borrowed(text),
+    }
+}
+
 /// A value of a small set, each with a word.
 pub trait Word: Copy + 'static {
     /// All values.
@@ -303,6 +313,13 @@ pub(crate) fn number<N: core::str::FromStr>(word: &str) -> Option<N> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_long_text_is_cut_after_a_character() {
+        assert_eq!(shortened("", 0), "");
+        assert_eq!(shortened("d\u{e9}p\u{f4}t", 5), "d\u{e9}p\u{f4}t");
+        assert_eq!(shortened("d\u{e9}p\u{f4}t", 4), "d\u{e9}p\u{f4}...");
+    }
 
     #[test]
     fn letters_that_are_missing_wrong_or_swapped_are_counted() {

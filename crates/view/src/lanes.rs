@@ -11,6 +11,7 @@ use ts3100_controller::signals::Signals;
 use ts3100_controller::{Controller, Event, Port, Time};
 use ts3100_proto::escape::Escaped;
 use ts3100_proto::status::io::LineWords;
+use ts3100_proto::words::shortened;
 
 /// Most marks and spans of a lane. Beyond them every second one of those that are ordinary is left out.
 pub const MAX_ITEMS: usize = 20_000;
@@ -140,10 +141,7 @@ pub struct Place {
 
 impl Place {
     fn item(self, level: Level, label: &str) -> Item {
-        let label = match label.char_indices().nth(MAX_LABEL) {
-            Some((end, _)) => format!("{}...", &label[..end]),
-            None => label.to_owned(),
-        };
+        let label = shortened(label, MAX_LABEL).into_owned();
         let (event, at, until) = (self.event, self.at, None);
         Item {
             event,

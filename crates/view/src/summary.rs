@@ -9,6 +9,7 @@ use ts3100_control::event::{JournalEvent, NumberedEvent};
 use ts3100_controller::findings::{Rule, Severity};
 use ts3100_controller::{Event, Port, Time};
 use ts3100_proto::escape::Escaped;
+use ts3100_proto::words::shortened;
 
 /// Most rules that are listed; the rest is counted.
 const MAX_RULES: usize = 20;
@@ -90,11 +91,9 @@ impl Summary {
         self.events += 1;
         let (seq, at) = (found.seq, found.t);
         if let JournalEvent::Received { port, data } = &found.event {
-            let data = data.clone();
-            self.text(seq, at, *port, true, &data);
+            self.text(seq, at, *port, true, data);
         } else if let JournalEvent::Sent { port, data } = &found.event {
-            let data = data.clone();
-            self.text(seq, at, *port, false, &data);
+            self.text(seq, at, *port, false, data);
         }
         let JournalEvent::Controller(event) = &found.event else {
             return;
@@ -136,11 +135,8 @@ impl Summary {
     }
 
     fn text(&mut self, event: u64, at: Time, port: Port, from_host: bool, data: &[u8]) {
-        let mut text = Escaped::for_reading(data).to_string();
-        if let Some((end, _)) = text.char_indices().nth(MAX_TEXT) {
-            text.truncate(end);
-            text += "...";
-        }
+        let text = Escaped::for_reading(data).to_string();
+        let text = shortened(&text, MAX_TEXT).into_owned();
         self.last.push(Text {
             event,
             at,

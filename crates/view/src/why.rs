@@ -10,6 +10,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 use ts3100_controller::{Controller, Event, Output, Time, Watched};
 use ts3100_driver::seat::Subscriber;
 use ts3100_proto::escape::Escaped;
+use ts3100_proto::words::shortened;
 use ts3100_recording::replay::{Moment, Step};
 use ts3100_recording::transcript::{Record, RecordKind};
 
@@ -53,7 +54,7 @@ pub struct Answer {
 }
 
 impl Answer {
-    /// What was found until a moment.
+    /// The changes or executions until a moment.
     pub fn before(&self, run: &Run, moment: Moment) -> &[Found] {
         let event = run.event_at(moment);
         let is_before = |found: &Found| found.event < event || found.event == event && found.at <= moment.at;
@@ -124,11 +125,9 @@ impl Statement {
             1 => String::new(),
             task => format!(" (task {task})"),
         };
-        short(&format!(
-            "{file} line {}{task}: {}",
-            self.line,
-            line.unwrap_or_default().trim()
-        ))
+        let line = line.unwrap_or_default().trim();
+        let words = format!("{file} line {}{task}: {line}", self.line);
+        shortened(&words, MAX_CAUSE).into_owned()
     }
 }
 
@@ -285,12 +284,5 @@ fn cause(record: &Record) -> String {
         },
         RecordKind::Remark(words) => words.clone(),
     };
-    short(&words)
-}
-
-fn short(words: &str) -> String {
-    match words.char_indices().nth(MAX_CAUSE) {
-        Some((end, _)) => format!("{}...", &words[..end]),
-        None => words.to_owned(),
-    }
+    shortened(&words, MAX_CAUSE).into_owned()
 }

@@ -4,6 +4,7 @@ use crate::prelude::*;
 use alloc::sync::Arc;
 use core::fmt;
 use core::time::Duration;
+use ts3100_proto::words::shortened;
 
 /// Most characters in the message of a finding.
 pub const MAX_MESSAGE: usize = 500;
@@ -42,15 +43,7 @@ impl From<String> for Message {
 
 impl From<&str> for Message {
     fn from(words: &str) -> Message {
-        // No character is shorter than a byte.
-        let end = match words.len() {
-            ..=MAX_MESSAGE => None,
-            _ => words.char_indices().nth(MAX_MESSAGE),
-        };
-        Message::Words(match end {
-            Some((end, _)) => format!("{}...", words.get(..end).unwrap_or_default()).into(),
-            None => words.into(),
-        })
+        Message::Words(shortened(words, MAX_MESSAGE).into())
     }
 }
 
