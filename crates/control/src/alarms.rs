@@ -78,13 +78,9 @@ impl ActiveAlarm {
     /// An alarm as a document.
     pub fn new(alarm: &Alarm) -> ActiveAlarm {
         ActiveAlarm {
-            number: alarm.code.number(),
-            level: alarm.code.level.number(),
             text: alarm.message(),
-            cause: alarm.code.cause,
-            remedy: alarm.code.remedy,
-            docs: explain_path(&alarm.code.number()),
             at: alarm.at.to_string(),
+            ..ActiveAlarm::of_code(&alarm.code)
         }
     }
 

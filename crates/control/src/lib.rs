@@ -174,7 +174,6 @@ impl Server {
     pub fn serve(self, robots: Arc<dyn Robots>) {
         self.serve_with(move |settings| {
             let calls = calls_router(settings.token.is_some());
-            let calls = Router::new().fallback_service(route_table::with_refusals(calls));
             guarded(
                 calls.layer(axum::middleware::from_fn_with_state(robots, robots::find)),
                 settings,
@@ -186,7 +185,6 @@ impl Server {
     pub fn serve_recorded(self, moments: Arc<dyn Moments>, own: Router) {
         self.serve_with(move |settings| {
             let calls = calls_router(settings.token.is_some());
-            let calls = Router::new().fallback_service(route_table::with_refusals(calls));
             let calls = calls.layer(axum::middleware::from_fn_with_state(moments, recorded::find));
             guarded(own.fallback_service(calls), settings)
         });
@@ -206,7 +204,7 @@ impl Server {
     }
 }
 
-/// Every call, and the pages.
+/// Every call, and the pages. A layer sees each request before it is looked up, so it can change the path.
 fn calls_router(needs_token: bool) -> Router {
     let open_api = async move |named: Option<Extension<NamedInPath>>| {
         let document = open_api_text(needs_token, named.as_ref().map(|named| named.0.0.as_str()));
@@ -220,7 +218,7 @@ fn calls_router(needs_token: bool) -> Router {
             get(async |Path(file): Path<String>, headers: HeaderMap| ui_file(&file, &headers)),
         )
         .route("/docs", get(async |headers: HeaderMap| page(&EXPLORER, &headers)));
-    book::with_book(calls)
+    Router::new().fallback_service(route_table::with_refusals(book::with_book(calls)))
 }
 
 /// Checks each request before it is served.

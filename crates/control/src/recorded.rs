@@ -8,10 +8,9 @@ use super::arm::ArmPicture;
 use super::body::Json;
 use super::handle::Handle;
 use super::problem::Problem;
-use super::robots::{OfRobot, is_page};
+use super::robots::{OfRobot, is_page, split_path};
 use super::state::ControllerState;
 use axum::extract::{Request, State};
-use axum::http::uri::{PathAndQuery, Uri};
 use axum::http::{Method, StatusCode};
 use axum::middleware::Next;
 use axum::response::{IntoResponse, Response};
@@ -80,7 +79,7 @@ pub async fn find(State(moments): State<Arc<dyn Moments>>, mut request: Request,
     let extensions = request.extensions_mut();
     extensions.insert(OfRobot);
     extensions.insert(OfRecording);
-    let key = match split_path(request.uri()) {
+    let key = match split_path(PREFIX, request.uri()) {
         Some((key, rest)) => {
             *request.uri_mut() = rest;
             Some(key)
@@ -102,12 +101,4 @@ pub async fn find(State(moments): State<Arc<dyn Moments>>, mut request: Request,
         Err(_) => return Problem::shutting_down().into_response(),
     }
     next.run(request).await
-}
-
-/// The key of a moment, and the path below it with its query.
-fn split_path(uri: &Uri) -> Option<(String, Uri)> {
-    let rest = uri.path_and_query()?.as_str().strip_prefix(PREFIX)?;
-    let (key, own) = rest.split_at_checked(rest.find('/')?)?;
-    // It is the end of a path, which can always be one.
-    Some((key.to_owned(), Uri::from(PathAndQuery::try_from(own).ok()?)))
 }

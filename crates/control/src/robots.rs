@@ -247,7 +247,7 @@ fn start(robots: &dyn Robots, name: &str) -> Result<Handle, Problem> {
 /// Finds the robot of a call, before the call is looked up in the table of one robot.
 pub async fn find(State(robots): State<Arc<dyn Robots>>, mut request: Request, next: Next) -> Response {
     let mut found = robots.only().map(str::to_owned);
-    if let Some((name, rest)) = split_path(request.uri()) {
+    if let Some((name, rest)) = split_path(PREFIX, request.uri()) {
         *request.uri_mut() = rest;
         request.extensions_mut().insert(NamedInPath(name.clone()));
         found = Some(name);
@@ -281,13 +281,17 @@ pub fn is_page(path: &str) -> bool {
 
 /// The name of a robot and the path of its own that a path leads to.
 pub fn own_path(path: &str) -> Option<(&str, &str)> {
-    let rest = path.strip_prefix(PREFIX)?;
+    own_path_after(PREFIX, path)
+}
+
+fn own_path_after<'a>(prefix: &str, path: &'a str) -> Option<(&'a str, &'a str)> {
+    let rest = path.strip_prefix(prefix)?;
     rest.split_at_checked(rest.find('/')?)
 }
 
-/// As [`own_path`], with the query.
-fn split_path(uri: &Uri) -> Option<(String, Uri)> {
-    let (name, own) = own_path(uri.path_and_query()?.as_str())?;
+/// The name after a prefix, and the path below it with its query.
+pub fn split_path(prefix: &str, uri: &Uri) -> Option<(String, Uri)> {
+    let (name, own) = own_path_after(prefix, uri.path_and_query()?.as_str())?;
     // It is the end of a path, which can always be one.
     Some((name.to_owned(), Uri::from(PathAndQuery::try_from(own).ok()?)))
 }
