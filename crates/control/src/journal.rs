@@ -106,7 +106,7 @@ impl Journal {
         }
     }
 
-    /// What a journal had kept when the event of this number was its last.
+    /// The journal as it was when the event of this number was its last.
     #[must_use]
     pub fn as_of(&self, last: u64) -> Journal {
         let past = Journal::new(KEPT_EVENTS, Arc::default());

@@ -145,7 +145,7 @@ impl Launched {
         })
     }
 
-    /// What is kept of the run for the control interface, if the settings configure one.
+    /// The journal of the run for the control interface, if the settings configure one.
     pub fn journal(&self) -> Option<&Journal> {
         self.journal.as_deref()
     }

@@ -227,7 +227,7 @@ impl Player {
             self.feed(input);
         }
         match edge {
-            // The emulator's own doing, as what ends the connection behind it.
+            // The emulator's own doing, as is the end of the connection that follows.
             LinkRecord::Backlogged { port } | LinkRecord::Dropped { port } => {
                 if let Some(line) = self.lines.current_peers.remove(port) {
                     self.lines.end(line, EndReason::Closed);
@@ -307,7 +307,7 @@ impl Player {
             return self.lines.end(line, EndReason::Refused);
         }
         match (self.lines.current_peers.get(&port).copied(), self.second) {
-            // The same cable, seen anew after the power came on.
+            // The same cable, seen again after the power came on.
             (Some(_), _) if port.ethernet_index().is_none() => self.serve(line, peer),
             (None, _) => self.serve(line, peer),
             (Some(_), SecondConnection::Refuse) => self.waiting_peers.push(WaitingPeer {

@@ -107,7 +107,7 @@ impl Playback {
     }
 }
 
-/// What a run has done last.
+/// The last thing that a run has done.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Step {
     /// Something that was due.
@@ -168,9 +168,9 @@ pub struct Departure {
     /// Line of the file, or its end.
     pub file_line: Option<usize>,
     pub at: Time,
-    /// What is recorded; none where the run sends more than the recording has.
+    /// The recorded bytes; none where the run sends more than the recording has.
     pub recorded: Option<(PeerId, Bytes)>,
-    /// What the run has sent; none where it has sent nothing.
+    /// The bytes that the run has sent; none where it has sent nothing.
     pub replayed: Option<(PeerId, Bytes)>,
 }
 

@@ -59,8 +59,8 @@ pub(super) fn check(traces: &[TraceFile]) -> anyhow::Result<()> {
     Ok(())
 }
 
-/// Writes the files, and says how to watch the run, which has ended at `now`. The run has failed for a reason of its own, so an error here is a
-/// warning.
+/// Writes the files, and says how to watch the run, which has ended at `now`. The run has failed for a reason of its own, so
+/// an error here is a warning.
 pub(super) fn keep(traces: &[TraceFile], journal: &Journal, now: Time) {
     let Some(first) = traces.first() else { return };
     let is_kept = |trace: &&TraceFile| matches!(trace.form, Form::Transcript(_));

@@ -224,7 +224,7 @@ fn key(args: &ViewArgs, run: &Run) -> anyhow::Result<Option<MomentKey>> {
     Ok(key)
 }
 
-/// What was found until a moment, or all of it.
+/// The findings of an answer until a moment, or all of them.
 fn until(run: &Run, answer: &Answer, key: Option<MomentKey>) -> anyhow::Result<Vec<Found>> {
     let Some(key) = key else {
         return Ok(answer.found.clone());

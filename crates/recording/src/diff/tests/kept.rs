@@ -100,7 +100,7 @@ impl Kept {
     }
 
     /// Replays the kept transcript if it begins later than the one that was replayed last.
-    fn replay_if_cut_anew(&mut self) {
+    fn replay_if_cut(&mut self) {
         let text = String::from_utf8(self.buffer.to_bytes(Format::Text)).unwrap();
         let remark = text
             .lines()
@@ -164,7 +164,7 @@ fn the_transcript_in_memory_replays_from_wherever_it_begins() {
     for piece in texts.iter().flat_map(|text| text.chunks(7)) {
         kept.send(Port::Host, piece);
         kept.poll();
-        kept.replay_if_cut_anew();
+        kept.replay_if_cut();
     }
     assert!(kept.is_cut() && kept.answers > 1_000);
     // The file is stored only while no program runs.
@@ -219,7 +219,7 @@ fn with_faults_and_peers_that_come_and_go(most: usize, turns: u32) {
             kept.connect(Port::Com1);
         }
         kept.pass(Duration::from_micros(38_111));
-        kept.replay_if_cut_anew();
+        kept.replay_if_cut();
     }
     assert!(kept.is_cut() && kept.answers > 100);
 }
