@@ -44,6 +44,7 @@ mod conditions;
 #[path = "coverage/tests.rs"]
 mod coverage;
 mod diagnostic;
+pub mod editor;
 mod format;
 pub mod geometry;
 mod lexer;

@@ -7,6 +7,8 @@ mod flow;
 mod names;
 mod values;
 
+pub(crate) use flow::targets;
+
 use crate::prelude::*;
 use alloc::collections::BTreeSet;
 

@@ -34,16 +34,38 @@ pub(crate) struct Row {
 #[derive(Debug)]
 pub(crate) struct Part {
     pub name: Option<Name>,
-    pub parameters: Vec<String>,
+    pub parameters: Vec<Name>,
     pub rows: Vec<Row>,
     /// Lines of its heading and of its END; a block without END reaches to the next one.
     pub first: u32,
     pub last: u32,
 }
 
+/// GLOBAL or DATA: the lines of its heading and of its END; a block without END reaches to its last row.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Region {
+    pub heading: Span,
+    pub first: u32,
+    pub last: u32,
+}
+
+impl Region {
+    fn new(heading: &Row) -> Region {
+        let Line { number, span } = heading.line;
+        let word = heading.body.first();
+        Region {
+            heading: word.map_or(span, |word| word.span),
+            first: number,
+            last: number,
+        }
+    }
+}
+
 /// The blocks of a file.
 #[derive(Debug, Default)]
 pub(crate) struct Outline {
+    pub global_region: Option<Region>,
+    pub data_region: Option<Region>,
     pub globals: Vec<Row>,
     pub parts: Vec<Part>,
     pub data: Vec<Row>,
@@ -62,30 +84,66 @@ impl Outline {
             if row.body.is_empty() && row.label.is_none() {
                 continue;
             }
-            let part = outline.parts.last_mut().filter(|_| place == Place::Program);
             match row.head() {
                 "END" if row.body.len() == 1 => {
-                    part.into_iter().for_each(|part| part.last = line.number);
+                    outline.reach(place, line.number);
+                    outline.label_at_end(place, row);
                     place = Place::Outside;
                 }
-                "GLOBAL" if row.body.len() == 1 => place = Place::Global,
-                "DATA" if row.body.len() == 1 => place = Place::Data,
+                "GLOBAL" if row.body.len() == 1 => {
+                    outline.global_region.get_or_insert(Region::new(&row));
+                    place = Place::Global;
+                }
+                "DATA" if row.body.len() == 1 => {
+                    outline.data_region.get_or_insert(Region::new(&row));
+                    place = Place::Data;
+                }
                 "PROGRAM" => {
                     outline.parts.push(Part::new(&row));
                     place = Place::Program;
                 }
-                _ => match (place, part) {
-                    (Place::Global, _) => outline.globals.push(row),
-                    (Place::Data, _) => outline.data.push(row),
-                    (Place::Program, Some(part)) => {
-                        part.last = line.number;
-                        part.rows.push(row);
+                _ => {
+                    outline.reach(place, line.number);
+                    if let Some(rows) = outline.rows_of(place) {
+                        rows.push(row);
                     }
-                    (Place::Program, None) | (Place::Outside, _) => {}
-                },
+                }
             }
         }
         outline
+    }
+
+    /// The present block holds this line.
+    fn reach(&mut self, place: Place, line: u32) {
+        let last = match place {
+            Place::Outside => None,
+            Place::Global => self.global_region.as_mut().map(|region| &mut region.last),
+            Place::Data => self.data_region.as_mut().map(|region| &mut region.last),
+            Place::Program => self.parts.last_mut().map(|part| &mut part.last),
+        };
+        if let Some(last) = last {
+            *last = line;
+        }
+    }
+
+    /// The rows of the present block.
+    fn rows_of(&mut self, place: Place) -> Option<&mut Vec<Row>> {
+        match place {
+            Place::Outside => None,
+            Place::Global => Some(&mut self.globals),
+            Place::Data => Some(&mut self.data),
+            Place::Program => self.parts.last_mut().map(|part| &mut part.rows),
+        }
+    }
+
+    /// Keeps the label of a line like `OUT: END`, which is a place to jump to.
+    fn label_at_end(&mut self, place: Place, mut row: Row) {
+        if place == Place::Program && row.label.is_some() {
+            row.body.clear();
+            if let Some(rows) = self.rows_of(place) {
+                rows.push(row);
+            }
+        }
     }
 
     /// The program that holds this line.
@@ -111,11 +169,17 @@ impl Part {
         let mut words = words.map(|lexeme| Name::new(lexeme.word(), lexeme.span));
         Part {
             name: words.next(),
-            parameters: words.map(|name| name.text).collect(),
+            parameters: words.collect(),
             rows: Vec::new(),
             first: row.line.number,
             last: row.line.number,
         }
+    }
+
+    /// Its heading without PROGRAM: `NAME(A, B)`.
+    pub fn heading(&self) -> String {
+        let parameters = self.parameters.iter().map(|parameter| parameter.text.as_str());
+        format!("{}({})", self.name(), parameters.collect::<Vec<_>>().join(", "))
     }
 
     /// Name of the program; empty where the heading has none.
@@ -124,7 +188,7 @@ impl Part {
     }
 
     pub fn has_parameter(&self, name: &str) -> bool {
-        self.parameters.iter().any(|parameter| parameter == name)
+        self.parameters.iter().any(|parameter| parameter.text == name)
     }
 
     /// Names that `DIM` declares here.
@@ -169,7 +233,7 @@ impl Row {
     }
 
     /// Names that a line of GLOBAL, or a `DIM`, declares.
-    fn declared(&self) -> Vec<(&str, Span)> {
+    pub fn declared(&self) -> Vec<(&str, Span)> {
         let mut depth = 0;
         let mut names = Vec::new();
         for (at, lexeme) in self.body.iter().enumerate() {

@@ -210,7 +210,8 @@ impl Suggester<'_> {
             .filter_map(|segment| names(segment, self.arm).next());
         let locals = firsts.filter(|(name, span)| span.start != diagnostic.span.start && *name != found);
         let parameters = part.into_iter().flat_map(|part| &part.parameters);
-        let variables = shared.keys().copied().chain(parameters.map(String::as_str));
+        let parameters = parameters.map(|parameter| parameter.text.as_str());
+        let variables = shared.keys().copied().chain(parameters);
         did_you_mean(found, words.chain(variables).chain(locals.map(|(name, _)| name)))
     }
 
@@ -248,8 +249,7 @@ impl Suggester<'_> {
         let words: Vec<&str> = words.filter(|word| !word.is_empty()).collect();
         let mut parts = self.outline.parts.iter();
         let part = parts.find(|part| words.contains(&part.name()))?;
-        let (line, name, parameters) = (part.first, part.name(), part.parameters.join(", "));
-        Some(format!("line {line} declares it as {name}({parameters})"))
+        Some(format!("line {} declares it as {}", part.first, part.heading()))
     }
 }
 

@@ -141,7 +141,7 @@ fn loops(part: &Part, sink: &mut Sink) {
 }
 
 /// The labels of a GOTO.
-pub(super) fn targets(segment: &[Lexeme]) -> impl Iterator<Item = (&str, Span)> {
+pub(crate) fn targets(segment: &[Lexeme]) -> impl Iterator<Item = (&str, Span)> {
     let close = segment.iter().rposition(|lexeme| lexeme.is(Sign::Close));
     let list = segment.get(close.map_or(1, |at| at + 1)..).unwrap_or_default();
     let words = list.iter().filter(|lexeme| !lexeme.word().is_empty());

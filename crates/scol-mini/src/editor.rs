@@ -1,0 +1,13 @@
+//! What editors ask for: the names of a file with all their places, its tokens by kind, its blocks, and the words that can follow
+//! at a place.
+//!
+//! It is made of the rows of `outline`, so it also covers a file with errors. How an editor asks is left to the caller. Start
+//! with [`Index`].
+
+mod context;
+mod index;
+mod marks;
+
+pub use context::{Call, Context, Expected};
+pub use index::{Block, BlockKind, Index, Role, Symbol, SymbolKind, Use};
+pub use marks::{Mark, MarkKind};
