@@ -218,22 +218,115 @@ fn letters(word: &str) -> Option<i32> {
     })
 }
 
-/// Words that begin or join statements.
-const STATEMENTS: &[&str] = &[
-    "AND", "AS", "BCDOUT", "BREAK", "CLOSE1", "CLOSE2", "CLOSEI1", "CLOSEI2", "COM1", "CR", "CRE", "DATA",
-    "DELAY", "DIM", "DISABLE", "DO", "ELSE", "ENABLE", "END", "FOR", "FREELOAD", "GLOBAL", "GOTO", "IF",
-    "IGNORE", "INPUT", "IP1", "IP2", "KILL", "MOVE", "MOVEA", "MOVEC", "MOVEI", "MOVEJ", "MOVES", "NEXT",
-    "NOT", "NOWAIT", "OPEN1", "OPEN2", "OPENI1", "OPENI2", "OR", "PAUSE", "PRINT", "PROGRAM", "PULOUT",
-    "READY", "REMARK", "RESTORE", "RESUME", "RETURN", "SETGAIN", "STEP", "STOP", "SWITCH", "TASK", "THEN",
-    "TO", "TP", "WAIT", "WITH",
-];
+/// The sort of a word with a fixed spelling.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum WordKind {
+    /// Word of the layout of a file or of a declaration: `PROGRAM`, `GLOBAL`, `DATA`, `END`, `DIM`, `AS`.
+    Declaration,
+    /// Word of a statement that decides when something runs: `IF`, `THEN`, `GOTO`, `WAIT`, `TASK` and others.
+    Flow,
+    /// Word of any other statement: `MOVE`, `WITH`, `PRINT`, `ENABLE` and others.
+    Statement,
+    /// Operator: `AND`, `OR`, `NOT`. `MOD` is a function too, and counts as one.
+    Operator,
+    /// `REMARK`, which begins a comment.
+    Remark,
+    /// Channel of `PRINT` and `INPUT`: `TP`, `COM1`, `IP1`, `IP2`.
+    Channel,
+    /// Function with its arguments in parentheses: `DIN`, `SQRT`, `POINT`. `PAYLOAD` counts here, not as a condition.
+    Function,
+    /// System variable: `HERE`, `REMAIN`. Only `TIMER` can be assigned.
+    Variable,
+    /// Motion condition, which is assigned, given after `WITH`, or read: `SPEED`, `TOOL`, `PASS`.
+    Condition,
+    /// Constant: `ON`, `CR`, and the configurations of the arm, such as `LEFTY` or `LAFSS`.
+    Constant,
+}
+
+/// Words of statements. Functions and conditions that begin one have their rows above.
+const STATEMENTS: &[(&str, WordKind)] = {
+    use WordKind::*;
+    &[
+        ("AND", Operator),
+        ("AS", Declaration),
+        ("BCDOUT", Statement),
+        ("BREAK", Flow),
+        ("CLOSE1", Statement),
+        ("CLOSE2", Statement),
+        ("CLOSEI1", Statement),
+        ("CLOSEI2", Statement),
+        ("COM1", Channel),
+        ("CR", Constant),
+        ("CRE", Constant),
+        ("DATA", Declaration),
+        ("DELAY", Flow),
+        ("DIM", Declaration),
+        ("DISABLE", Statement),
+        ("DO", Flow),
+        ("ELSE", Flow),
+        ("ENABLE", Statement),
+        ("END", Declaration),
+        ("FOR", Flow),
+        ("FREELOAD", Statement),
+        ("GLOBAL", Declaration),
+        ("GOTO", Flow),
+        ("IF", Flow),
+        ("IGNORE", Flow),
+        ("INPUT", Statement),
+        ("IP1", Channel),
+        ("IP2", Channel),
+        ("KILL", Flow),
+        ("MOVE", Statement),
+        ("MOVEA", Statement),
+        ("MOVEC", Statement),
+        ("MOVEI", Statement),
+        ("MOVEJ", Statement),
+        ("MOVES", Statement),
+        ("NEXT", Flow),
+        ("NOT", Operator),
+        ("NOWAIT", Statement),
+        ("OPEN1", Statement),
+        ("OPEN2", Statement),
+        ("OPENI1", Statement),
+        ("OPENI2", Statement),
+        ("OR", Operator),
+        ("PAUSE", Flow),
+        ("PRINT", Statement),
+        ("PROGRAM", Declaration),
+        ("PULOUT", Statement),
+        ("READY", Statement),
+        ("REMARK", Remark),
+        ("RESTORE", Statement),
+        ("RESUME", Flow),
+        ("RETURN", Flow),
+        ("SETGAIN", Statement),
+        ("STEP", Flow),
+        ("STOP", Flow),
+        ("SWITCH", Flow),
+        ("TASK", Flow),
+        ("THEN", Flow),
+        ("TO", Flow),
+        ("TP", Channel),
+        ("WAIT", Flow),
+        ("WITH", Statement),
+    ]
+};
+
+/// The sort of a word in upper case; `None` for a word that the program may use as a name.
+///
+/// A word that can be more than one thing has the sort of its row: `ON` is a constant, though a monitor begins with it.
+#[must_use]
+pub fn word_kind(word: &str, arm: Arm) -> Option<WordKind> {
+    lookup(STATEMENTS, word)
+        .or_else(|| Builtin::from_word(word).map(|_| WordKind::Function))
+        .or_else(|| condition(word).map(|_| WordKind::Condition))
+        .or_else(|| System::from_word(word).map(|_| WordKind::Variable))
+        .or_else(|| constant(word, arm).map(|_| WordKind::Constant))
+}
 
 /// `true` when the word cannot be the name of a variable, label or program.
 pub(crate) fn is_reserved(word: &str, arm: Arm) -> bool {
-    STATEMENTS.contains(&word)
-        || Builtin::from_word(word).is_some()
-        || System::from_word(word).is_some()
-        || constant(word, arm).is_some()
+    word_kind(word, arm).is_some()
 }
 
 /// All words with a fixed spelling: candidates for suggestions, and the words that the test programs have to cover.
@@ -244,7 +337,7 @@ pub fn words<'a>() -> impl Iterator<Item = &'a str> {
     let functions = of(Builtin::WORDS).chain(of(Numeric::WORDS));
     let variables = of(System::WORDS).chain(of(Condition::WORDS));
     let words = functions.chain(variables).chain(of(COMMON)).chain(of(DIGITS));
-    let words = words.chain(STATEMENTS.iter().copied());
+    let words = words.chain(of(STATEMENTS));
     words.filter(|word| *word != "CRE")
 }
 
@@ -257,6 +350,24 @@ mod tests {
         for word in words() {
             assert!(is_reserved(word, Arm::SixAxis), "{word}");
         }
+    }
+
+    #[test]
+    fn a_word_of_two_sorts_has_one() {
+        let cases = [
+            ("PAYLOAD", Some(WordKind::Function)),
+            ("TIMER", Some(WordKind::Variable)),
+            ("PASS", Some(WordKind::Condition)),
+            ("ON", Some(WordKind::Constant)),
+            ("DOUT", Some(WordKind::Function)),
+            ("MOVES", Some(WordKind::Statement)),
+            ("LAFSS", Some(WordKind::Constant)),
+            ("INTEGER", None),
+        ];
+        for (word, kind) in cases {
+            assert_eq!(word_kind(word, Arm::SixAxis), kind, "{word}");
+        }
+        assert_eq!(word_kind("LAFSS", Arm::Scara), None);
     }
 
     // clause: DATA-04

@@ -65,7 +65,7 @@ mod suggest;
 mod tree;
 mod value;
 
-pub use builtin::words;
+pub use builtin::{WordKind, word_kind, words};
 pub use codes::{DIAGNOSTICS, DiagnosticKind};
 pub use compile::{Compilation, compile, compile_direct, compile_with_points};
 pub use conditions::{AXES, Accuracy, Conditions, FULL, MAX_ACCEL};
