@@ -5,6 +5,7 @@
 //!
 //! W0601 and above come from [`check`](crate::check) alone; a compilation does not look for them.
 
+use crate::fix::Edit;
 use crate::lines::lines;
 use crate::prelude::*;
 use core::ops::Range;
@@ -50,6 +51,8 @@ pub struct Diagnostic {
     pub message: String,
     /// Remedy, if there is one.
     pub help: Option<String>,
+    /// Change of the source that carries the remedy out, where one change is certain.
+    pub fix: Option<Box<Edit>>,
 }
 
 impl Diagnostic {
@@ -67,6 +70,7 @@ impl Diagnostic {
             column: 0,
             message: message.into(),
             help: None,
+            fix: None,
         }
     }
 
@@ -81,6 +85,11 @@ impl Diagnostic {
 
     pub(crate) fn help(mut self, help: impl Into<String>) -> Self {
         self.help = Some(help.into());
+        self
+    }
+
+    pub(crate) fn fix(mut self, fix: Edit) -> Self {
+        self.fix = Some(Box::new(fix));
         self
     }
 
@@ -177,6 +186,7 @@ impl Sink {
         if room == 1 {
             remark.code = "E0009";
             remark.message = "too many errors, the rest is left out".to_string();
+            remark.fix = None;
         }
         let line = self
             .starts

@@ -6,9 +6,13 @@ use crate::prelude::*;
 
 use crate::builtin::spelling;
 use crate::diagnostic::{Diagnostic, Span};
+use crate::fix::Edit;
 use crate::tree::Relation;
 
 pub(crate) use crate::lines::{Line, lines};
+
+/// Columns between the stops of a TAB.
+const TAB_STOP: usize = 8;
 
 /// A word, a number, a text or a sign.
 #[derive(Debug, Clone, PartialEq)]
@@ -135,7 +139,8 @@ fn check_characters(source: &str, line: Span, longest: usize) -> Result<(), Diag
         let start = line.start + at;
         let span = Span::new(start, start + c.len_utf8());
         if c == '\t' {
-            return Err(Diagnostic::new("E0003", span, "tabs are not allowed").help("use spaces"));
+            let problem = Diagnostic::new("E0003", span, "tabs are not allowed");
+            return Err(problem.help("use spaces").fix(without_tabs(source, line)));
         }
         if !c.is_ascii() {
             let message = format!("expected an ASCII character, found \"{c}\"");
@@ -147,6 +152,27 @@ fn check_characters(source: &str, line: Span, longest: usize) -> Result<(), Diag
         }
     }
     Ok(())
+}
+
+/// Replaces the tabs of a line by spaces up to the next stop.
+fn without_tabs(source: &str, line: Span) -> Edit {
+    let text = line.text(source);
+    let (first, last) = (text.find('\t').unwrap_or(0), text.rfind('\t').unwrap_or(0));
+    let mut column = text.get(..first).unwrap_or_default().chars().count();
+    let mut spaced = String::new();
+    for c in text.get(first..=last).unwrap_or_default().chars() {
+        let width = if c == '\t' {
+            TAB_STOP - column % TAB_STOP
+        } else {
+            1
+        };
+        column += width;
+        match c {
+            '\t' => spaced.extend(core::iter::repeat_n(' ', width)),
+            c => spaced.push(c),
+        }
+    }
+    Edit::replace(Span::new(line.start + first, line.start + last + 1), spaced)
 }
 
 /// The token at the beginning of `rest` and its length in bytes.

@@ -6,6 +6,7 @@ use crate::prelude::*;
 
 use crate::builtin::{self, Builtin, System};
 use crate::diagnostic::{Diagnostic, Severity, Span};
+use crate::fix::Edit;
 use crate::lexer::{Lexeme, Sign, lines, tokens};
 use crate::options::Arm;
 use crate::outline::{Outline, Part, Row, names};
@@ -31,11 +32,18 @@ pub(crate) fn attach(source: &str, arm: Arm, diagnostics: &mut [Diagnostic]) {
     };
     for diagnostic in diagnostics.iter_mut().filter(|d| d.severity == Severity::Error) {
         if let Some(remedy) = suggester.remedy(diagnostic) {
-            diagnostic.help = Some(match diagnostic.help.take() {
-                Some(help) if remedy.starts_with("did you mean") => format!("{remedy} Otherwise: {help}"),
-                Some(help) if !matches!(diagnostic.code, "E0201" | "E0202") => help,
-                _ => remedy,
-            });
+            let guess = remedy.help.starts_with("did you mean");
+            match diagnostic.help.take() {
+                Some(help) if guess => {
+                    diagnostic.help = Some(format!("{} Otherwise: {help}", remedy.help));
+                    diagnostic.fix = remedy.fix.map(Box::new);
+                }
+                Some(help) if !matches!(diagnostic.code, "E0201" | "E0202") => diagnostic.help = Some(help),
+                _ => {
+                    diagnostic.help = Some(remedy.help);
+                    diagnostic.fix = remedy.fix.map(Box::new);
+                }
+            }
         }
     }
 }
@@ -53,26 +61,50 @@ pub(crate) fn attach_direct(statement: &str, base: &Program, diagnostics: &mut [
             "E0101" | "E0206" if suggester.has_decimal_comma(diagnostic) => {
                 Some("a comma separates values; write decimals with a point, as in 0.5".into())
             }
-            "E0101" | "E0103" | "E0002" => suggester.foreign_sign(diagnostic).map(Into::into).or_else(|| {
-                let word = foreign(&found).filter(|_| diagnostic.code == "E0103");
-                word.or_else(|| suggester.keyword(diagnostic))
+            "E0101" | "E0103" | "E0002" => suggester.foreign_sign(diagnostic).or_else(|| {
+                let word = suggester.foreign(diagnostic);
+                word.filter(|_| diagnostic.code == "E0103")
+                    .or_else(|| suggester.keyword(diagnostic))
                     .or_else(|| fixed(diagnostic.code))
             }),
             "E0201" if !CHANNELS.contains(&found.as_str()) => {
                 let systems = builtin::words().filter(|word| System::from_word(word).is_some());
                 let names = base.symbols.shared.keys().map(String::as_str);
-                did_you_mean(&found, names.chain(systems))
+                did_you_mean(&found, diagnostic.span, names.chain(systems))
             }
             "E0201" => suggester.name(&found, None, diagnostic),
             // A bare word that is no program of the file was meant to be a statement.
             "E0501" => {
                 let known = base.blocks.iter().any(|block| block.name == found);
                 let known = known || builtin::words().any(|word| word == found);
-                did_you_mean(&found, builtin::words()).filter(|_| !known)
+                did_you_mean(&found, diagnostic.span, builtin::words()).filter(|_| !known)
             }
             code => fixed(code),
         };
-        diagnostic.help = remedy.or(diagnostic.help.take());
+        if let Some(remedy) = remedy {
+            diagnostic.help = Some(remedy.help);
+            diagnostic.fix = remedy.fix.map(Box::new);
+        }
+    }
+}
+
+/// Help for an error, and the change that carries it out where one is certain.
+struct Remedy {
+    help: String,
+    fix: Option<Edit>,
+}
+
+impl Remedy {
+    fn fix(self, fix: impl Into<Option<Edit>>) -> Remedy {
+        let fix = fix.into();
+        Remedy { fix, ..self }
+    }
+}
+
+impl<T: Into<String>> From<T> for Remedy {
+    fn from(help: T) -> Remedy {
+        let (help, fix) = (help.into(), None);
+        Remedy { help, fix }
     }
 }
 
@@ -83,40 +115,44 @@ struct Suggester<'a> {
 }
 
 impl Suggester<'_> {
-    fn remedy(&self, diagnostic: &Diagnostic) -> Option<String> {
+    fn remedy(&self, diagnostic: &Diagnostic) -> Option<Remedy> {
         let found = self.text(diagnostic.span);
         let part = self.outline.part_of(diagnostic.line);
         let own = match diagnostic.code {
             "E0101" if diagnostic.message.ends_with("found \":\"") => {
                 Some("put one statement on a line; a label begins the line".into())
             }
-            "E0002" => self.foreign_sign(diagnostic).map(Into::into),
+            "E0002" => self.foreign_sign(diagnostic),
             "E0101" => {
-                let sign = self.foreign_sign(diagnostic).map(Into::into);
+                let sign = self.foreign_sign(diagnostic);
                 sign.or_else(|| self.keyword(diagnostic))
             }
             "E0301" => self.keyword(diagnostic),
-            "E0103" => foreign(&found).or_else(|| self.keyword(diagnostic)),
+            "E0103" => self.foreign(diagnostic).or_else(|| self.keyword(diagnostic)),
             "E0201" => self.name(&found, part, diagnostic),
-            "E0202" => self.label(&found, part?),
-            "E0206" => self.heading(&found),
-            "E0203" => foreign(&found).or_else(|| {
+            "E0202" => self.label(&found, part?, diagnostic.span),
+            "E0206" => self.heading(&found).map(Into::into),
+            "E0203" => self.foreign(diagnostic).or_else(|| {
                 let programs = self.outline.parts.iter().filter_map(|part| part.name.as_ref());
                 let words = programs.map(|name| name.text.as_str());
-                let meant = did_you_mean(&found, words.chain(builtin::words()));
-                meant.or_else(|| Some(format!("add PROGRAM {} to the file", found.trim_matches('"'))))
+                let meant = did_you_mean(&found, diagnostic.span, words.chain(builtin::words()));
+                let add = || format!("add PROGRAM {} to the file", found.trim_matches('"')).into();
+                meant.or_else(|| Some(add()))
             }),
             "E0404" => {
                 let frames = self.outline.data.iter().filter(|row| row.head() == "TRANS");
-                did_you_mean(&found, frames.filter_map(Row::datum).map(|(name, _)| name))
+                let names = frames.filter_map(Row::datum).map(|(name, _)| name);
+                did_you_mean(&found, diagnostic.span, names)
             }
-            "E0205" => self.first(&found, part, diagnostic),
+            "E0205" => self.first(&found, part, diagnostic).map(Into::into),
             "E0302" if diagnostic.message.starts_with("expected") => {
-                Some("close every GLOBAL, PROGRAM and DATA with its own END".into())
+                let end = Edit::line_before(self.source, diagnostic.span.start, "END");
+                Some(Remedy::from("close every GLOBAL, PROGRAM and DATA with its own END").fix(end))
             }
             "E0302" => {
                 let last = lines(self.source).len();
-                Some(format!("add END after line {last}"))
+                let end = Edit::last_line(self.source, "END");
+                Some(Remedy::from(format!("add END after line {last}")).fix(end))
             }
             _ => None,
         };
@@ -142,22 +178,108 @@ impl Suggester<'_> {
     }
 
     /// Remedy for an operator or a sign of another language at the place of the error.
-    fn foreign_sign(&self, diagnostic: &Diagnostic) -> Option<&'static str> {
-        let (before, rest) = self.source.split_at_checked(diagnostic.span.start)?;
+    fn foreign_sign(&self, diagnostic: &Diagnostic) -> Option<Remedy> {
+        let start = diagnostic.span.start;
+        let (before, rest) = self.source.split_at_checked(start)?;
         let begins = |signs: &[&str]| signs.iter().any(|sign| rest.starts_with(sign));
+        let here = |length: usize| Span::new(start, start + length);
+        let word = |length: usize, word: &str| Some(Edit::word(self.source, here(length), word));
+        // A word alone before an operator is not the operand of an expression.
+        let line = before.rsplit(['\r', '\n']).next().unwrap_or_default().trim();
+        let operand = line.contains(|c: char| !c.is_ascii_alphanumeric() && c != '_');
+        let operator = |length, text| word(length, text).filter(|_| operand);
+        let doubled = |sign: &str| if rest.starts_with(sign) { 2 } else { 1 };
         Some(match rest.trim_start_matches(' ').bytes().next()? {
-            b'=' if before.ends_with(':') => "assign with \"=\": NAME = value",
-            _ if begins(&["+=", "-=", "*=", "/=", "++", "--"]) => "write it out: N = N + 1",
-            b'/' if begins(&["/*"]) || before.ends_with('/') => "begin a comment with REMARK or '",
-            b'\'' => "put a string between double quotes; ' begins a comment",
-            b'|' => "use OR",
-            b'&' => "use AND",
-            b'!' => "use NOT",
-            b'%' => "use MOD for a remainder",
-            b';' => "remove it: a statement ends with its line",
-            b'#' => "remove it: a channel is TP, COM1, IP1 or IP2; a comment begins with REMARK or '",
+            b'=' if before.ends_with(':') => {
+                let assign = Edit::replace(Span::new(start - 1, start + 1), "=");
+                Remedy::from("assign with \"=\": NAME = value").fix(assign)
+            }
+            _ if begins(&["+=", "-=", "*=", "/=", "++", "--"]) => {
+                Remedy::from("write it out: N = N + 1").fix(self.written_out(start))
+            }
+            b'/' if begins(&["/*"]) => "begin a comment with REMARK or '".into(),
+            b'/' if before.ends_with('/') => {
+                let comment = Edit::replace(Span::new(start - 1, start + 1), "'");
+                Remedy::from("begin a comment with REMARK or '").fix(comment)
+            }
+            b'\'' => {
+                Remedy::from("put a string between double quotes; ' begins a comment").fix(self.quoted(start))
+            }
+            b'|' => Remedy::from("use OR").fix(operator(doubled("||"), "OR")),
+            b'&' => Remedy::from("use AND").fix(operator(doubled("&&"), "AND")),
+            b'!' => Remedy::from("use NOT").fix(word(1, "NOT")),
+            b'%' => Remedy::from("use MOD for a remainder").fix(operator(1, "MOD")),
+            b';' => {
+                // Before a further statement it is not the end of the line that is missing.
+                let rest = rest.trim_start_matches([' ', ';']);
+                let last = rest.is_empty() || rest.starts_with(['\r', '\n', '\'', '\u{1A}']);
+                let remove = last.then(|| Edit::replace(here(1), ""));
+                Remedy::from("remove it: a statement ends with its line").fix(remove)
+            }
+            b'#' => "remove it: a channel is TP, COM1, IP1 or IP2; a comment begins with REMARK or '".into(),
             _ => return None,
         })
+    }
+
+    /// `N = N + 1` for `N += 1` and `N++` with the operator at this byte; nothing where a line holds more.
+    fn written_out(&self, operator: usize) -> Option<Edit> {
+        let (before, rest) = self.source.split_at_checked(operator)?;
+        let start = before.rfind(['\r', '\n']).map_or(0, |end| end + 1);
+        let line = before.get(start..)?;
+        // After a label, THEN, ELSE or DO the last word is the target.
+        let target = line.trim_end().rsplit([' ', ':']).next()?;
+        let is_name = |c: char| c.is_ascii_alphanumeric() || c == '_' || c == '.';
+        if target.is_empty() || !target.chars().all(is_name) {
+            return None;
+        }
+        let (sign, second) = (rest.get(..1)?, rest.get(1..2)?);
+        let length = rest.find(['\r', '\n', '\'', ';', '\u{1A}']).unwrap_or(rest.len());
+        let value = rest.get(2..length)?.trim();
+        let value = if second == "=" { value } else { "1" };
+        let alone = second == "=" || rest.get(2..length)?.trim().is_empty();
+        if value.is_empty() || !alone {
+            return None;
+        }
+        let plain = value.chars().all(is_name);
+        let value = if plain {
+            value.to_string()
+        } else {
+            format!("({value})")
+        };
+        if value.to_ascii_uppercase().contains(" ELSE ") {
+            return None;
+        }
+        let end = operator + rest.get(..length)?.trim_end().len();
+        let start = operator - (line.len() - line.trim_end().len()) - target.len();
+        Some(Edit::replace(
+            Span::new(start, end),
+            format!("{target} = {target} {sign} {value}"),
+        ))
+    }
+
+    /// Double quotes for the single quotes of a string that begins at or after this byte.
+    fn quoted(&self, byte: usize) -> Option<Edit> {
+        let rest = self.source.get(byte..)?;
+        let line = rest.split(['\r', '\n']).next()?;
+        let open = line.find('\'')?;
+        let (text, _) = line.get(open + 1..)?.split_once('\'')?;
+        let span = Span::new(byte + open, byte + open + text.len() + 2);
+        (!text.contains('"')).then(|| Edit::replace(span, format!("\"{text}\"")))
+    }
+
+    /// Remedy for a word of another language at the place of the error.
+    fn foreign(&self, diagnostic: &Diagnostic) -> Option<Remedy> {
+        let span = diagnostic.span;
+        let (word, fix) = (self.text(span), |word| Some(Edit::replace(span, word)));
+        let remedy = foreign(&word)?;
+        let fix = match word.as_str() {
+            "MOVEL" | "MOVL" | "LIN" => fix("MOVES"),
+            "PTP" => fix("MOVE"),
+            "REM" => fix("'"),
+            "CALL" | "GOSUB" | "LET" => Some(Edit::remove(self.source, span)),
+            _ => None,
+        };
+        Some(Remedy::from(remedy).fix(fix))
     }
 
     fn text(&self, span: Span) -> String {
@@ -165,7 +287,7 @@ impl Suggester<'_> {
     }
 
     /// A word of the language that is misspelt: at the place of the error, or at the beginning of its statement.
-    fn keyword(&self, diagnostic: &Diagnostic) -> Option<String> {
+    fn keyword(&self, diagnostic: &Diagnostic) -> Option<Remedy> {
         // A line outside all blocks has words as well.
         let at = usize::try_from(diagnostic.line).ok()?.checked_sub(1)?;
         let line = tokens(self.source, lines(self.source).get(at)?.span, MAX_LINE).ok()?;
@@ -183,18 +305,19 @@ impl Suggester<'_> {
         let words = [rest.first(), before.get(begin)]
             .into_iter()
             .flatten()
-            .map(Lexeme::word);
-        let unknown = |word: &&str| !word.is_empty() && !is_reserved(word) && !shared.contains_key(word);
-        words.filter(unknown).find_map(|text| {
+            .map(|lexeme| (lexeme.word(), lexeme.span));
+        let unknown =
+            |(word, _): &(&str, Span)| !word.is_empty() && !is_reserved(word) && !shared.contains_key(word);
+        words.filter(unknown).find_map(|(text, span)| {
             let mut awaited = expected.split([' ', ',', '"']).filter(is_reserved).peekable();
             // Where it waited for certain words, no other is right.
             let any = awaited.peek().is_none();
-            let meant = did_you_mean(text, awaited);
-            meant.or_else(|| did_you_mean(text, builtin::words()).filter(|_| any))
+            let meant = did_you_mean(text, span, awaited);
+            meant.or_else(|| did_you_mean(text, span, builtin::words()).filter(|_| any))
         })
     }
 
-    fn name(&self, found: &str, part: Option<&Part>, diagnostic: &Diagnostic) -> Option<String> {
+    fn name(&self, found: &str, part: Option<&Part>, diagnostic: &Diagnostic) -> Option<Remedy> {
         if CHANNELS.contains(&found) {
             return Some("use TP, COM1, IP1 or IP2".into());
         }
@@ -212,18 +335,17 @@ impl Suggester<'_> {
         let parameters = part.into_iter().flat_map(|part| &part.parameters);
         let parameters = parameters.map(|parameter| parameter.text.as_str());
         let variables = shared.keys().copied().chain(parameters);
-        did_you_mean(found, words.chain(variables).chain(locals.map(|(name, _)| name)))
+        let names = words.chain(variables).chain(locals.map(|(name, _)| name));
+        did_you_mean(found, diagnostic.span, names)
     }
 
-    fn label(&self, found: &str, part: &Part) -> Option<String> {
+    fn label(&self, found: &str, part: &Part, span: Span) -> Option<Remedy> {
         let own = part.rows.iter().filter_map(|row| row.label.as_ref());
-        did_you_mean(found, own.map(|name| name.text.as_str())).or_else(|| {
+        did_you_mean(found, span, own.map(|name| name.text.as_str())).or_else(|| {
             let mut parts = self.outline.parts.iter();
             let other = parts.find(|other| other.labelled(found).is_some())?;
-            Some(format!(
-                "{found} is a label of PROGRAM {}",
-                other.name.as_ref()?.text
-            ))
+            let name = &other.name.as_ref()?.text;
+            Some(format!("{found} is a label of PROGRAM {name}").into())
         })
     }
 
@@ -254,7 +376,7 @@ impl Suggester<'_> {
 }
 
 /// Remedies that depend on the code alone.
-fn fixed(code: &str) -> Option<String> {
+fn fixed(code: &str) -> Option<Remedy> {
     let remedy = match code {
         "E0002" => "remove it; strings are written between double quotes, comments after '",
         "E0004" => "use ASCII characters only, in comments too",
@@ -289,7 +411,7 @@ fn fixed(code: &str) -> Option<String> {
 }
 
 /// Remedy for a word of another language.
-fn foreign(word: &str) -> Option<String> {
+fn foreign(word: &str) -> Option<&'static str> {
     let remedy = match word {
         "ENDIF" | "ELSEIF" | "ENDFOR" | "WEND" | "ENDWHILE" | "THEN" | "ELSE" => {
             "there are no blocks: write an IF on one line and close a FOR with NEXT"
@@ -308,16 +430,16 @@ fn foreign(word: &str) -> Option<String> {
         "SUB" | "FUNCTION" | "ENDSUB" => "write the subprogram as a PROGRAM block of its own",
         _ => return None,
     };
-    Some(remedy.into())
+    Some(remedy)
 }
 
 /// Whether `found` is the word or a misspelling of it.
 pub(crate) fn is_nearly(found: &str, word: &str) -> bool {
-    found == word || did_you_mean(found, [word].into_iter()).is_some()
+    found == word || nearest(found, [word].into_iter()).is_some()
 }
 
 /// The nearest of the candidates, if one is near enough.
-fn did_you_mean<'a>(found: &str, candidates: impl Iterator<Item = &'a str>) -> Option<String> {
+fn nearest<'a>(found: &str, candidates: impl Iterator<Item = &'a str>) -> Option<&'a str> {
     let most = match found.len() {
         2..=5 => 1,
         6..=MAX_WORD => 2,
@@ -335,7 +457,16 @@ fn did_you_mean<'a>(found: &str, candidates: impl Iterator<Item = &'a str>) -> O
     // Two letters that differ in one are no misspelling of each other unless they are swapped.
     let swapped = found.bytes().rev().eq(word.bytes());
     let short = found.len() == 2 && word.len() == 2 && !swapped;
-    (letters <= most && !short).then(|| format!("did you mean {word}?"))
+    (letters <= most && !short).then_some(word)
+}
+
+/// Suggests the nearest of the candidates for the word at this place.
+fn did_you_mean<'a>(found: &str, span: Span, candidates: impl Iterator<Item = &'a str>) -> Option<Remedy> {
+    // The name after TASK is a string.
+    let quote = if found.starts_with('"') { "\"" } else { "" };
+    let word = nearest(found.trim_matches('"'), candidates)?;
+    let edit = Edit::replace(span, format!("{quote}{word}{quote}"));
+    Some(Remedy::from(format!("did you mean {word}?")).fix(edit))
 }
 
 /// Fewest letters to insert, remove, replace or swap with their neighbour.
@@ -374,10 +505,10 @@ mod tests {
 
     #[test]
     fn only_near_words_are_suggested() {
-        let of = |word: &str| did_you_mean(word, builtin::words());
-        assert_eq!(of("PRNT").as_deref(), Some("did you mean PRINT?"));
-        assert_eq!(of("MOV").as_deref(), Some("did you mean MOVE?"));
-        assert_eq!(of("FI").as_deref(), Some("did you mean IF?"));
+        let of = |word: &str| nearest(word, builtin::words());
+        assert_eq!(of("PRNT"), Some("PRINT"));
+        assert_eq!(of("MOV"), Some("MOVE"));
+        assert_eq!(of("FI"), Some("IF"));
         assert_eq!(of("N"), None);
         assert_eq!(of("GRIPPER"), None);
         assert_eq!(of(&"X".repeat(300)), None);

@@ -8,6 +8,7 @@ use alloc::collections::BTreeMap;
 
 use crate::conditions::{FULL, MAX_ACCEL};
 use crate::diagnostic::{Diagnostic, Sink};
+use crate::fix::Edit;
 use crate::lexer::{Lexeme, Sign, Token};
 use crate::options::{IntDivision, LanguageOptions};
 use crate::outline::{Part, sign, word};
@@ -71,7 +72,8 @@ fn divisions(tokens: &[Lexeme], options: &LanguageOptions, sink: &mut Sink) {
             let span = left.span.to(right.span);
             let message = format!("{a}/{b} divides integers and gives {}", a / b);
             let problem = Diagnostic::new("W0612", span, message);
-            sink.push(problem.help(format!("write {a}.0/{b} to keep the fraction")));
+            let problem = problem.help(format!("write {a}.0/{b} to keep the fraction"));
+            sink.push(problem.fix(Edit::replace(left.span, format!("{a}.0"))));
         }
     }
 }

@@ -9,6 +9,7 @@ use super::Cursor;
 use crate::builtin::{self, Builtin, Condition, MAX_ARGUMENTS};
 use crate::conditions::AXES;
 use crate::diagnostic::Diagnostic;
+use crate::fix::Edit;
 use crate::lexer::{Sign, Token};
 use crate::request::{Channel, Request};
 use crate::tree::{Ask, Change, Expression, Item, MotionKind, Name, PerAxis, Simple, Variable};
@@ -141,7 +142,9 @@ impl Cursor<'_> {
                 }
                 Some(Token::Word(word)) if word == "CRE" => {
                     let problem = Diagnostic::new("E0106", span, "CRE is not a constant");
-                    return Err(problem.help("end the record with CR"));
+                    return Err(problem
+                        .help("end the record with CR")
+                        .fix(Edit::replace(span, "CR")));
                 }
                 _ => items.push(Item::Value(self.expression()?)),
             }

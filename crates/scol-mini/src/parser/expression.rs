@@ -8,6 +8,7 @@ use crate::prelude::*;
 use super::Cursor;
 use crate::builtin::{self, Builtin, System};
 use crate::diagnostic::{Diagnostic, Span};
+use crate::fix::Edit;
 use crate::lexer::{Sign, Token, too_large};
 use crate::options::Arm;
 use crate::tree::{Binary, Expression, Node, Unary, Variable};
@@ -51,7 +52,8 @@ impl Cursor<'_> {
         }
         if weakest == 1 && self.is_next(Sign::Assign) {
             let problem = Diagnostic::new("E0101", self.span(), "expected an operator, found \"=\"");
-            return Err(problem.help("\"=\" assigns; compare with \"==\""));
+            let problem = problem.help("\"=\" assigns; compare with \"==\"");
+            return Err(problem.fix(Edit::replace(self.span(), "==")));
         }
         Ok(left)
     }

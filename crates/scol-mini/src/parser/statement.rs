@@ -8,6 +8,7 @@ use crate::prelude::*;
 use super::Cursor;
 use crate::builtin::{self, System};
 use crate::diagnostic::{Diagnostic, Span};
+use crate::fix::Edit;
 use crate::lexer::{Sign, Token};
 use crate::tree::{
     Assignment, Change, Counting, Expression, Name, Node, PerAxis, Relation, Simple, Statement, Unary,
@@ -178,7 +179,8 @@ impl Cursor<'_> {
         }
         if self.is_next(Sign::Relation(Relation::Equal)) {
             let problem = Diagnostic::new("E0101", self.span(), "expected \"=\", found \"==\"");
-            return Err(problem.help("\"==\" compares; assign with \"=\""));
+            let problem = problem.help("\"==\" compares; assign with \"=\"");
+            return Err(problem.fix(Edit::replace(self.span(), "=")));
         }
         if list.is_none() && self.peek().is_some() {
             match self.peek_word() {

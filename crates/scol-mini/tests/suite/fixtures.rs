@@ -10,7 +10,7 @@ use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
 use crate::common::{answers, compiled, folder, options, play, programs};
-use scol_mini::{Severity, check, compile, format};
+use scol_mini::{Diagnostic, Severity, check, compile, format};
 
 // clause: EXAMPLE-09 RAM-04 RAM-09 RAM-10 DATA-01
 #[test]
@@ -152,6 +152,45 @@ fn err_programs_are_told_what_is_wrong() {
         let found = remarks(&source);
         assert_eq!(found, expected, "{}:\n{found}", path.display());
     }
+}
+
+/// Codes of the errors on these lines.
+fn errors(remarks: &[Diagnostic], lines: std::ops::RangeInclusive<u32>) -> Vec<&'static str> {
+    let there = remarks.iter().filter(|d| lines.contains(&d.line));
+    there
+        .map(|d| d.code)
+        .filter(|code| code.starts_with('E'))
+        .collect()
+}
+
+/// A fix removes its diagnostic, and the line has no error after it that it did not have before.
+#[test]
+fn every_fix_cures_what_it_is_for() {
+    let mut kinds = BTreeSet::new();
+    for (path, source) in programs("err") {
+        let before = check(&source, &options(&source)).diagnostics;
+        for remark in &before {
+            let Some(fix) = &remark.fix else { continue };
+            kinds.insert(remark.code);
+            let title = fix.title(&source);
+            let changed = fix.apply(&source);
+            assert_ne!(changed, source, "{}: {title}", path.display());
+            let after = check(&changed, &options(&source)).diagnostics;
+            let place = format!("{}:{}: {title}\n{changed}", path.display(), remark.line);
+            let gone = !after
+                .iter()
+                .any(|d| d.code == remark.code && d.message == remark.message && d.line == remark.line);
+            assert!(gone, "{place}: {remark:?}");
+            // A line that the fix inserts moves the others down.
+            let added = changed.lines().count() - source.lines().count();
+            let last = remark.line + u32::try_from(added).unwrap();
+            let known = errors(&before, remark.line..=last);
+            let found = errors(&after, remark.line..=last);
+            let mut new = found.iter().filter(|code| !known.contains(code));
+            assert_eq!(new.next(), None, "{place}");
+        }
+    }
+    assert!(kinds.len() >= 12, "only {kinds:?} have a fix");
 }
 
 /// Codes as they stand between quotes in the sources of the front end.

@@ -4,7 +4,7 @@
 //! diagnostics exist is decided in `scol-mini`; the text form is in [`super`].
 
 use super::CheckedFile;
-use scol_mini::{Diagnostic, DiagnosticKind, Severity};
+use scol_mini::{Diagnostic, DiagnosticKind, Edit, Severity};
 use serde_json::{Value, json};
 use std::collections::BTreeSet;
 use std::path::Path;
@@ -51,6 +51,12 @@ fn diagnostic_json(diagnostic: &Diagnostic, source: &str) -> Value {
         "docs": DiagnosticKind::by_code(diagnostic.code).map(|kind| explain_command(kind.code)),
         "message": diagnostic.message,
         "help": diagnostic.help,
+        "fix": diagnostic.fix.as_ref().map(|fix| json!({
+            "title": fix.title(source),
+            "offset": fix.span.start,
+            "length": fix.span.end.saturating_sub(fix.span.start),
+            "text": fix.text,
+        })),
         "line": diagnostic.line,
         "column": place.start,
         "endColumn": place.end,
@@ -128,7 +134,7 @@ fn sarif_result(name: &str, source: &str, diagnostic: &Diagnostic, rule: Option<
         Some(help) => format!("{} (help: {help})", diagnostic.message),
         None => diagnostic.message.clone(),
     };
-    json!({
+    let mut result = json!({
         "ruleId": diagnostic.code,
         "ruleIndex": rule,
         "level": diagnostic.severity.as_str(),
@@ -141,6 +147,28 @@ fn sarif_result(name: &str, source: &str, diagnostic: &Diagnostic, rule: Option<
                 "endColumn": place.end,
             },
         } }],
+    });
+    if let Some(fix) = &diagnostic.fix {
+        result["fixes"] = json!([{
+            "description": { "text": fix.title(source) },
+            "artifactChanges": [{
+                "artifactLocation": { "uri": uri::of_file(Path::new(name)) },
+                "replacements": [{
+                    "deletedRegion": fix_region(source, fix),
+                    "insertedContent": { "text": fix.text },
+                }],
+            }],
+        }]);
+    }
+    result
+}
+
+/// The place that a fix replaces, in characters, which `columnKind` promises.
+fn fix_region(source: &str, fix: &Edit) -> Value {
+    let characters = |range: std::ops::Range<usize>| source.get(range).map_or(0, |text| text.chars().count());
+    json!({
+        "charOffset": characters(0..fix.span.start),
+        "charLength": characters(fix.span.start..fix.span.end),
     })
 }
 
@@ -171,6 +199,9 @@ mod tests {
         assert_eq!((&first["endColumn"], &first["length"]), (&json!(10), &json!(2)));
         let second = &found["files"][0]["diagnostics"][1];
         assert_eq!(second["help"], "did you mean MOVE?");
+        let fix = json!({ "title": "replace MOV by MOVE", "offset": 21, "length": 3, "text": "MOVE" });
+        assert_eq!(second["fix"], fix);
+        assert_eq!(first["fix"], Value::Null);
         assert_eq!(found["files"][1]["unreadable"], "not there");
     }
 
@@ -190,6 +221,14 @@ mod tests {
             assert!(place["region"]["endColumn"].as_u64() >= place["region"]["startColumn"].as_u64());
         }
         assert_eq!(run["results"].as_array().unwrap().len(), 1);
+        let fix = &run["results"][0]["fixes"][0];
+        assert_eq!(fix["description"]["text"], "replace MOV by MOVE");
+        let replacement = &fix["artifactChanges"][0]["replacements"][0];
+        assert_eq!(
+            replacement["deletedRegion"],
+            json!({ "charOffset": 20, "charLength": 3 })
+        );
+        assert_eq!(replacement["insertedContent"]["text"], "MOVE");
         assert_eq!(run["invocations"][0]["executionSuccessful"], false);
     }
 }
