@@ -20,7 +20,7 @@ ALLOWED = [
                   r"ts3100-[^/]*\.dist-info/(METADATA|WHEEL|RECORD|entry_points\.txt|licenses/%s)" % LICENCES[0]]),
     (r".*\.nupkg", [r"\[Content_Types\]\.xml", r"_rels/\.rels", r"ts3100[\w.-]*\.nuspec", r"README\.md", *LICENCES,
                     r"tools/any/[\w-]+/(DotnetToolSettings\.xml|%s)" % PROGRAM]),
-    (r".*\.tgz", [r"package/(package\.json|README\.md|%s|%s|(launch|index|binary|host|errors|operations)\.js|(index|operations)\.d\.ts)" % (PROGRAM, LICENCES[0])]),
+    (r".*\.tgz", [r"package/(package\.json|README\.md|%s|%s|(launch|index|binary|host|errors|operations|trace)\.js|(index|operations)\.d\.ts)" % (PROGRAM, LICENCES[0])]),
     (r"ts3100\.hpp|ts3100-(config|scenario|faults)\.schema\.json|install\.sh|ts3100-[^/]*\.cdx\.json", [r"[^/]+"]),
 ]
 # The type of an ELF file that runs at any address, and the processor for which the toolchain makes no static ones.
