@@ -74,6 +74,24 @@ pub struct Passage<'a> {
 }
 
 impl Passage<'_> {
+    /// A table row: each cell below its heading, as Markdown without links. Empty where the passage is a section or a page.
+    pub fn cells(&self) -> Vec<(String, String)> {
+        let mut lines = self.text.lines().filter(|line| line.starts_with('|'));
+        let (Some(head), Some(_), Some(row), None) = (lines.next(), lines.next(), lines.next(), lines.next())
+        else {
+            return Vec::new();
+        };
+        let cells = page::cells(row)
+            .into_iter()
+            .map(|cell| page::without_links(&cell));
+        page::cells(head).into_iter().zip(cells).collect()
+    }
+
+    /// Its Markdown without links, which lead to other pages of the book.
+    pub fn without_links(&self) -> String {
+        page::without_links(&self.text)
+    }
+
     /// The topic that shows it, or the section that it is in.
     pub fn topic(&self) -> String {
         match self.anchor {

@@ -299,6 +299,42 @@ fn heading(line: &str) -> Option<(usize, String)> {
     Some((level, plain(words.trim())))
 }
 
+/// Markdown with the words of its links and without anchors.
+pub(crate) fn without_links(markdown: &str) -> String {
+    let mut text = String::new();
+    let mut rest = markdown;
+    while let Some(at) = rest.find(['[', '<']) {
+        let (before, marked) = rest.split_at(at);
+        text += before;
+        let link = marked.strip_prefix('[').and_then(|inner| inner.split_once("]("));
+        let link = link.and_then(|(words, target)| Some((words, target.split_once(')')?.1)));
+        let anchor = marked
+            .strip_prefix("<a id=")
+            .and_then(|inner| inner.split_once("</a>"));
+        rest = if let Some((words, after)) = link.filter(|(words, _)| is_link(words)) {
+            text += words;
+            after
+        } else if let Some((_, after)) = anchor {
+            after
+        } else {
+            text.extend(marked.chars().next());
+            marked.get(1..).unwrap_or_default()
+        };
+    }
+    text + rest
+}
+
+/// Whether what is before `](` is the words of a link: each bracket in it opens and closes.
+fn is_link(words: &str) -> bool {
+    let open = words.chars().try_fold(0_usize, |open, letter| match letter {
+        '[' => Some(open + 1),
+        ']' => open.checked_sub(1),
+        '\n' => None,
+        _ => Some(open),
+    });
+    open == Some(0)
+}
+
 /// Markdown without marks: a link is its words, code is what it holds.
 pub(crate) fn plain(markdown: &str) -> String {
     let mut text = String::new();
@@ -391,6 +427,14 @@ mod tests {
             "| A | B |\n|---|---|\n| <a id=\"row\"></a>`a \\| b` | 1 |\n"
         );
         assert_eq!(cells("| `a \\| b` | 1 |"), ["`a | b`", "1"]);
+    }
+
+    #[test]
+    fn a_link_is_its_words() {
+        assert_eq!(
+            without_links("<a id=\"x\"></a>[`[U25]`](../p.md#u) of `A[1]`, a < b, see [Motion](m.md)."),
+            "`[U25]` of `A[1]`, a < b, see Motion."
+        );
     }
 
     #[test]

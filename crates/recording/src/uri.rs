@@ -1,6 +1,6 @@
-//! URIs in reports (RFC 3986): of files, and names of codes.
+//! URIs in reports and of editors (RFC 3986): of files, and names of codes.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 /// Percent-encodes one segment of a path; unreserved characters stay.
 pub fn percent_encoded(segment: &str) -> String {
@@ -32,6 +32,33 @@ pub fn of_file(path: &Path) -> String {
     }
 }
 
+/// The file of a URI `file://`; `None` for any other, which has no place on the disk.
+pub fn to_path(uri: &str) -> Option<PathBuf> {
+    let rest = uri.strip_prefix("file://")?;
+    let (host, path) = rest.split_at(rest.find('/')?);
+    if !matches!(host, "" | "localhost") {
+        return None;
+    }
+    let mut bytes = Vec::new();
+    let mut letters = path.bytes();
+    while let Some(letter) = letters.next() {
+        bytes.push(match letter {
+            b'%' => {
+                let digits = [letters.next()?, letters.next()?];
+                u8::from_str_radix(std::str::from_utf8(&digits).ok()?, 16).ok()?
+            }
+            letter => letter,
+        });
+    }
+    let text = String::from_utf8(bytes).ok()?;
+    // /C:/robots/pick.scol
+    let drive = text.strip_prefix('/').filter(|rest| {
+        let mut letters = rest.chars();
+        letters.next().is_some_and(|letter| letter.is_ascii_alphabetic()) && letters.next() == Some(':')
+    });
+    Some(PathBuf::from(drive.unwrap_or(&text)))
+}
+
 /// The name of a code that `ts3100 explain` explains. A report has no address of the documentation, which is in the program.
 pub fn of_code(code: &str) -> String {
     format!("urn:ts3100:explain:{code}")
@@ -46,6 +73,27 @@ mod tests {
         assert_eq!(percent_encoded("A(1,2)"), "A%281%2C2%29");
         assert_eq!(percent_encoded("USER.PAR"), "USER.PAR");
         assert_eq!(percent_encoded("a/../b ü"), "a%2F..%2Fb%20%C3%BC");
+    }
+
+    #[test]
+    fn a_uri_of_a_file_leads_back_to_it() {
+        for path in [
+            "/tmp/a b/run.txt",
+            "/g/gr\u{f6}\u{df}e%.scol",
+            "C:/robots/pick.scol",
+        ] {
+            assert_eq!(to_path(&of_file(Path::new(path))).unwrap(), Path::new(path));
+        }
+        assert_eq!(to_path("file:///c%3A/x.scol").unwrap(), Path::new("c:/x.scol"));
+        for uri in [
+            "untitled:Untitled-1",
+            "file://server/x",
+            "file:///%",
+            "file:///%F",
+            "file:///%FF",
+        ] {
+            assert_eq!(to_path(uri), None, "{uri}");
+        }
     }
 
     #[test]
