@@ -56,7 +56,7 @@ impl Edit {
         Edit::replace(Span::at(start), format!("{margin}{text}{ending}"))
     }
 
-    /// Adds a line at the end of the source; the code 1A, which ends a file, stays behind it.
+    /// Adds a line at the end of the source, before the code 1A, which ends a file.
     pub(crate) fn last_line(source: &str, text: &str) -> Edit {
         let end = source.find('\u{1A}').unwrap_or(source.len());
         let before = source.get(..end).unwrap_or_default();
