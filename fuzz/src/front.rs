@@ -42,8 +42,12 @@ pub fn check(data: &[u8]) {
     }
     let formatted = format(&source);
     assert_eq!(format(&formatted), formatted);
-    let again = compile(&formatted, &options);
-    assert_eq!(messages(&again), messages(&compilation), "{formatted:?}");
+    // Tabs are errors that formatting removes, except from lines that it leaves as they are.
+    if !formatted.contains('\t') {
+        let before = compile(&source.replace('\t', " "), &options);
+        let after = compile(&formatted, &options);
+        assert_eq!(messages(&after), messages(&before), "{formatted:?}");
+    }
     assert!(print_channels(&source).len() <= 4);
     let empty = Program::empty(&options);
     let base = compilation.program.as_ref().unwrap_or(&empty);

@@ -1,8 +1,8 @@
-//! Formats a source: one indentation, one spacing, words in upper case. Comments, texts and the spelling of numbers and
-//! operators stay.
+//! Formats a source: one indentation, one spacing, words in upper case, no tabs. Texts and the spelling of numbers and
+//! operators stay, and trailing comments keep their column.
 //!
-//! A line is left as it is when its tokens would differ afterwards, when it cannot be cut into tokens, or when it would become
-//! too long. So formatting never changes the meaning of a program. Start with [`format`].
+//! A line is left as it is when its tokens would differ afterwards, when it cannot be cut into tokens, when a text holds a
+//! tab, or when it would become too long. So formatting never changes the meaning of a program. Start with [`format`].
 
 use crate::prelude::*;
 
@@ -14,6 +14,8 @@ use crate::{MAX_FOR_NESTING, MAX_LINE, MAX_SOURCE};
 
 /// Blanks of one level.
 const INDENT: usize = 2;
+/// Columns from one tab stop to the next, as terminals have them.
+const TAB_STOP: usize = 8;
 
 /// Formats a source; its line ends become that of its first line (LF, CR or CR LF). Formatting is idempotent.
 ///
@@ -29,20 +31,25 @@ pub fn format(source: &str) -> String {
     }
     let (_, end) = line_end(source, 0);
     let mut layout = Layout::default();
-    let mut text = String::new();
+    let mut rows: Vec<Row> = Vec::new();
     let mut blank = true;
     for line in lines(source) {
-        let laid = layout.line(source, line.span);
+        let row = layout.row(line.span.text(source));
+        let is_empty = row.is_empty();
         // One empty line separates; more say nothing, nor do those at the beginning.
-        if laid.is_empty() && blank {
-            continue;
+        if !(is_empty && blank) {
+            rows.push(row);
         }
-        blank = laid.is_empty();
-        text.push_str(&laid);
-        text.push_str(end);
+        blank = is_empty;
     }
-    if blank && !text.is_empty() {
-        text.truncate(text.len() - end.len());
+    if blank {
+        rows.pop();
+    }
+    align(&mut rows);
+    let mut text = String::new();
+    for row in &rows {
+        row.write(&mut text);
+        text.push_str(end);
     }
     // What follows the code 1A is no part of the file and is not touched.
     let behind = source.find('\u{1A}').and_then(|at| source.get(at..));
@@ -51,6 +58,157 @@ pub fn format(source: &str) -> String {
         return source.into();
     }
     text
+}
+
+/// A line of the source and its formatted parts.
+struct Row<'a> {
+    /// The line of the source.
+    source: &'a str,
+    /// `None` for a line that stays as it is.
+    parts: Option<Parts>,
+}
+
+/// The parts of a formatted line.
+struct Parts {
+    /// Column at which the line begins.
+    indent: usize,
+    /// Empty for a comment alone.
+    statement: String,
+    comment: Option<Comment>,
+}
+
+struct Comment {
+    text: String,
+    /// Column from 0: in the source, and after [`align`] in the result.
+    column: usize,
+}
+
+impl Row<'_> {
+    fn is_empty(&self) -> bool {
+        match &self.parts {
+            Some(parts) => parts.statement.is_empty() && parts.comment.is_none(),
+            None => self.source.is_empty(),
+        }
+    }
+
+    /// Column of a comment that follows a statement.
+    fn trailing(&self) -> Option<usize> {
+        let parts = self.parts.as_ref().filter(|parts| !parts.statement.is_empty())?;
+        Some(parts.comment.as_ref()?.column)
+    }
+
+    /// Whether the line belongs to those above whose comments are in this column: its own is too, or it has none.
+    fn continues(&self, column: usize) -> bool {
+        let parts = self.parts.as_ref().filter(|_| !self.is_empty());
+        parts.is_some_and(|parts| {
+            let comment = parts.comment.as_ref();
+            comment.is_none_or(|comment| comment.column == column)
+        })
+    }
+
+    fn write(&self, out: &mut String) {
+        let Some(parts) = &self.parts else {
+            out.push_str(self.source);
+            return;
+        };
+        if !parts.statement.is_empty() {
+            out.push_str(&" ".repeat(parts.indent));
+            out.push_str(&parts.statement);
+        }
+        if let Some(comment) = &parts.comment {
+            out.push_str(&" ".repeat(comment.column.saturating_sub(parts.width())));
+            out.push_str(&comment.text);
+        }
+    }
+}
+
+impl Parts {
+    /// Columns of the statement with its indentation.
+    fn width(&self) -> usize {
+        match self.statement.is_empty() {
+            true => 0,
+            false => self.indent + self.statement.len(),
+        }
+    }
+
+    /// Smallest column of a comment, with one blank before it.
+    fn least(&self) -> usize {
+        match self.statement.is_empty() {
+            true => 0,
+            false => self.width() + 1,
+        }
+    }
+}
+
+impl Comment {
+    fn fits(&self, column: usize) -> bool {
+        column + self.text.len() <= MAX_LINE
+    }
+}
+
+/// Gives each comment its column. Comments of neighbouring lines that were in one column move right together, if a
+/// statement has become too long for it. A comment alone that continues them moves too; any other is indented like a
+/// statement. A line without a comment may be between them, an empty one may not.
+///
+/// Formatting again changes nothing: afterwards all statements leave room for the column of their comments, so no comment
+/// moves, whichever lines are then neighbours.
+fn align(rows: &mut [Row]) {
+    let mut rest = rows;
+    while let Some(row) = rest.first() {
+        let length = row.trailing().map_or(1, |column| {
+            let following = rest.iter().skip(1);
+            1 + following.take_while(|row| row.continues(column)).count()
+        });
+        let (run, behind) = rest.split_at_mut(length);
+        place(run);
+        rest = behind;
+    }
+}
+
+/// Gives the comments of a run their column, which is the same for all unless one of them would be too long then.
+fn place(run: &mut [Row]) {
+    let together = run.iter().find_map(Row::trailing);
+    let commented = || run.iter().filter_map(|row| row.parts.as_ref());
+    let least = commented()
+        .filter(|parts| parts.comment.is_some())
+        .map(Parts::least);
+    let common = together.max(least.max());
+    let comments = commented().filter_map(|parts| parts.comment.as_ref());
+    let common =
+        common.filter(|column| together.is_some() && comments.clone().all(|comment| comment.fits(*column)));
+    for parts in run.iter_mut().filter_map(|row| row.parts.as_mut()) {
+        let (least, is_alone, indent) = (parts.least(), parts.statement.is_empty(), parts.indent);
+        if let Some(comment) = &mut parts.comment {
+            let own = if is_alone {
+                indent
+            } else {
+                comment.column.max(least)
+            };
+            comment.column = common.unwrap_or(own);
+        }
+    }
+}
+
+/// Text with each tab replaced by blanks to the next tab stop, if it begins at this column.
+fn without_tabs(text: &str, mut column: usize) -> String {
+    let mut plain = String::new();
+    for c in text.chars() {
+        let next = next_column(column, c);
+        match c {
+            '\t' => plain.push_str(&" ".repeat(next - column)),
+            _ => plain.push(c),
+        }
+        column = next;
+    }
+    plain
+}
+
+/// Column after a character at this column.
+fn next_column(column: usize, c: char) -> usize {
+    match c {
+        '\t' => (column / TAB_STOP + 1) * TAB_STOP,
+        _ => column + 1,
+    }
 }
 
 /// The state of the layout.
@@ -63,31 +221,45 @@ struct Layout {
 }
 
 impl Layout {
-    fn line(&mut self, source: &str, line: Span) -> String {
-        let text = line.text(source);
-        let Ok(tokens) = lexer::tokens(source, line, MAX_LINE) else {
-            return text.into();
+    fn row<'a>(&mut self, source: &'a str) -> Row<'a> {
+        let parts = self.parts(source);
+        Row { source, parts }
+    }
+
+    /// The parts of a line; `None` if it has to stay as it is.
+    fn parts(&mut self, line: &str) -> Option<Parts> {
+        // The language has no tabs. With a blank for each of them the tokens are at the same places.
+        let plain = line.replace('\t', " ");
+        let tokens = lexer::tokens(&plain, Span::new(0, plain.len()), MAX_LINE).ok()?;
+        // Only the author knows how many blanks a tab in a text means.
+        let is_text = |lexeme: &&Lexeme| matches!(lexeme.token, Token::Text(_));
+        let mut texts = tokens.iter().filter(is_text);
+        if texts.any(|text| text.span.text(line).contains('\t')) || tokens.windows(2).any(stuck) {
+            return None;
+        }
+        let indent = self.depth(&tokens) * INDENT;
+        let statement = self.spaced(&plain, &tokens);
+        let end = tokens.last().map_or(0, |last| last.span.end);
+        let (before, tail) = line.split_at_checked(end)?;
+        let comment = tail.trim_matches([' ', '\t']);
+        let blanks = tail.len() - tail.trim_start_matches([' ', '\t']).len();
+        let before = before.chars().chain(tail.chars().take(blanks));
+        let column = before.fold(0, next_column);
+        let comment = (!comment.is_empty()).then(|| Comment {
+            text: upper_remark(&without_tabs(comment, column)),
+            column,
+        });
+        let parts = Parts {
+            indent,
+            statement,
+            comment,
         };
-        if tokens.windows(2).any(stuck) {
-            return text.into();
-        }
-        let depth = self.depth(&tokens);
-        let mut laid = " ".repeat(depth * INDENT);
-        laid.push_str(&self.spaced(source, &tokens));
-        let end = tokens.last().map_or(line.start, |last| last.span.end);
-        let tail = Span::new(end, line.end).text(source);
-        let comment = tail.trim_matches(' ');
-        if !comment.is_empty() {
-            if !tokens.is_empty() {
-                // The blanks before a comment stay, because people line comments up. There is at least one.
-                let blanks = tail.len() - tail.trim_start_matches(' ').len();
-                laid.push_str(&" ".repeat(blanks.max(1)));
-            }
-            laid.push_str(&upper_remark(comment));
-        }
-        let laid = laid.trim_end_matches(' ');
-        let fits = laid.len() <= MAX_LINE && same(laid, &tokens);
-        if fits { laid.into() } else { text.into() }
+        let fits = match &parts.comment {
+            Some(comment) if parts.statement.is_empty() => comment.fits(indent),
+            Some(comment) => comment.fits(column.max(parts.least())),
+            None => parts.width() <= MAX_LINE,
+        };
+        (fits && same(&parts.statement, &tokens)).then_some(parts)
     }
 
     /// The depth of a line; goes into and out of blocks and loops with it.
@@ -223,7 +395,8 @@ mod tests {
             ("a=1 .x", "A = 1 .X"),
             ("p={1,2}", "P = {1, 2}"),
             ("remark  Keep  This", "REMARK  Keep  This"),
-            ("a=1   ' Aligned", "A = 1   ' Aligned"),
+            ("a=1   ' Aligned", "A = 1 ' Aligned"),
+            ("a   =   1  ' Aligned", "A = 1      ' Aligned"),
         ] {
             let found = format(from);
             let found = found.trim_end();
@@ -240,7 +413,62 @@ mod tests {
             format(source),
             "PROGRAM T\r\nLAST:\r\n  STOP\r\n\r\nOUT: GOTO LAST\r\nEND\r\nDATA\r\n  POINT P1=1,-2,,3/\r\nEND\r\n\x1Arest\r\n"
         );
-        let broken = "PROGRAM T\n\tX  = 1\n   é\n INPUT 7A\n";
+        let broken = "PROGRAM T\n   é\n INPUT 7A\n PRINT  \"a\tb\" ' \t c\n\tX  = 1 ' é\n";
         assert_eq!(format(broken), broken);
+    }
+
+    #[test]
+    fn comments_stay_in_one_column() {
+        for (from, to) in [
+            // Changed indentation and spacing leave them where they were.
+            (
+                "program t\nn=1        ' one\nmove  p1   ' two\n           ' more of two\n      ' three\nend\n",
+                "PROGRAM T\n  N = 1    ' one\n  MOVE P1  ' two\n           ' more of two\n  ' three\nEND\n",
+            ),
+            // Where a statement has become too long all move, also past a line without a comment.
+            (
+                "program t\nn=1  ' one\nstop\nx=n+1' two\nend\n",
+                "PROGRAM T\n  N = 1     ' one\n  STOP\n  X = N + 1 ' two\nEND\n",
+            ),
+            // An empty line, and a line that stays as it is, part them.
+            (
+                "n=1  ' one\n\nx=n+1' two\nx=n+1' é\nn=1  ' three\n",
+                "N = 1 ' one\n\nX = N + 1 ' two\nx=n+1' é\nN = 1 ' three\n",
+            ),
+            ("n=1  ' one\nn=2    ' two\n", "N = 1 ' one\nN = 2  ' two\n"),
+        ] {
+            assert_eq!(format(from), to);
+            assert_eq!(format(to), to);
+        }
+    }
+
+    #[test]
+    fn a_comment_that_would_become_too_long_leaves_its_column() {
+        let long = "x".repeat(MAX_LINE - 7);
+        let from = std::format!("n=1  '{long}\nx=n+1'two\n");
+        let to = std::format!("N = 1 '{long}\nX = N + 1 'two\n");
+        assert_eq!(format(&from), to);
+        assert_eq!(format(&to), to);
+        let full = std::format!("n=1 '{long}xx\nn=2 'two\n");
+        let to = std::format!("n=1 '{long}xx\nN = 2 'two\n");
+        assert_eq!(format(&full), to);
+    }
+
+    #[test]
+    fn tabs_become_blanks_outside_of_texts() {
+        for (from, to) in [
+            (
+                "program t\n\tn=1\t' one\n\tfor\ti=1 to 2\t\n\t\tn=2\t' two\n\t'a\tb\n\tnext\nend\n",
+                "PROGRAM T\n  N = 1         ' one\n  FOR I = 1 TO 2\n    N = 2               ' two\n    'a      b\n  NEXT\nEND\n",
+            ),
+            (
+                "print\t\"a\"\t,cr\tremark\tx",
+                "PRINT \"a\", CR           REMARK  x\n",
+            ),
+            ("\t\n\tstop\n\t", "STOP\n"),
+        ] {
+            assert_eq!(format(from), to);
+            assert_eq!(format(to), to);
+        }
     }
 }

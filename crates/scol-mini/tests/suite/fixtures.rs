@@ -65,8 +65,10 @@ fn laying_out_is_done_once_and_changes_no_meaning() {
         let laid = format(&source);
         assert_eq!(format(&laid), laid, "{}", path.display());
         changed += usize::from(laid != source);
+        // Tabs are errors that formatting removes.
+        let without_tabs = source.replace('\t', " ");
         let (before, after) = (
-            compile(&source, &options(&source)),
+            compile(&without_tabs, &options(&source)),
             compile(&laid, &options(&source)),
         );
         let said = |list: &[scol_mini::Diagnostic]| -> Vec<(u32, &str)> {
