@@ -48,6 +48,9 @@ pub mod editor;
 mod fix;
 mod format;
 pub mod geometry;
+#[cfg(test)]
+#[path = "grammar/tests.rs"]
+mod grammar;
 mod lexer;
 mod lines;
 mod lint;
