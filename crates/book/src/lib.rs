@@ -6,6 +6,7 @@
 
 mod explain;
 mod html;
+mod language;
 mod page;
 mod search;
 mod terminal;

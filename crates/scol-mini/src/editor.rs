@@ -7,7 +7,10 @@
 mod context;
 mod index;
 mod marks;
+mod name;
+mod notes;
 
 pub use context::{Call, Context, Expected};
 pub use index::{Block, BlockKind, Index, Role, Symbol, SymbolKind, Use};
 pub use marks::{Mark, MarkKind};
+pub use name::{NameError, check_name};

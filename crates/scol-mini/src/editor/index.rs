@@ -4,7 +4,7 @@ use crate::prelude::*;
 use alloc::collections::{BTreeMap, BTreeSet};
 use core::ops::RangeInclusive;
 
-use super::marks::{Mark, marks};
+use super::marks::{Mark, MarkKind, marks};
 use crate::lexer::{Lexeme, Sign, Token};
 use crate::lines::{Line, Span, lines};
 use crate::lint::targets;
@@ -83,6 +83,12 @@ pub struct Block {
     pub lines: RangeInclusive<u32>,
 }
 
+impl Block {
+    pub fn is_program(&self) -> bool {
+        matches!(self.kind, BlockKind::Program(_))
+    }
+}
+
 /// The names, tokens and blocks of a file.
 #[derive(Debug, Default)]
 pub struct Index {
@@ -149,8 +155,12 @@ impl Index {
     /// The token at a byte of the source, also directly after its last letter.
     pub fn mark_at(&self, byte: usize) -> Option<&Mark> {
         let after = self.marks.partition_point(|mark| mark.span.start <= byte);
-        let found = self.marks.get(after.checked_sub(1)?)?;
-        (byte <= found.span.end).then_some(found)
+        let nearest = self.marks.get(..after)?.iter().rev().take(2);
+        let mut touching = nearest.filter(|mark| byte <= mark.span.end);
+        let last = touching.next()?;
+        // Between a word and a sign it is the word.
+        let before = touching.next().filter(|_| last.kind == MarkKind::Sign);
+        Some(before.unwrap_or(last))
     }
 
     /// The places of a symbol, in the order of the source.
@@ -518,7 +528,6 @@ mod tests {
             let mark = index.marks().iter().find(|mark| mark.span.text(source) == text);
             mark.unwrap_or_else(|| panic!("{text}")).kind
         };
-        use super::super::MarkKind;
         assert_eq!(kind("' first"), MarkKind::Comment);
         assert_eq!(kind("REMARK rest"), MarkKind::Comment);
         assert_eq!(kind("X"), MarkKind::Property);

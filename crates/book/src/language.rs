@@ -1,0 +1,113 @@
+//! What the book says about a word of SCOL or an alarm, in the form in which an editor shows it beside a program.
+
+use crate::{Book, Passage};
+use ts3100_proto::words::shortened;
+
+/// Pages that say what a word of the language does.
+const LANGUAGE: &str = "reference/scol/";
+/// Page with a list of all words, which says least.
+const WORDS: &str = "reference/scol/limits";
+const ALARMS: &str = "reference/alarms";
+/// Most characters of an explanation; the rest is in the documentation.
+const MAX_EXPLANATION: usize = 4_000;
+
+impl Book {
+    /// The rows and sections about a word of the language, in upper case, as Markdown without links.
+    pub fn language_word(&self, word: &str) -> Option<String> {
+        let passages = self.explain(word);
+        let (list, about): (Vec<_>, Vec<_>) = passages
+            .iter()
+            .filter(|passage| passage.page.path.starts_with(LANGUAGE))
+            .partition(|passage| passage.page.path == WORDS);
+        let shown = if about.is_empty() { list } else { about };
+        let texts: Vec<String> = shown.into_iter().map(paragraph).collect();
+        (!texts.is_empty()).then(|| shortened(texts.join("\n\n---\n\n").trim(), MAX_EXPLANATION).into_owned())
+    }
+
+    /// The forms of a function or a statement with operands, each with its effect: `BCDIN(first, digits)`.
+    pub fn call_forms(&self, word: &str) -> Vec<(String, String)> {
+        let passages = self.explain(word);
+        let rows = passages
+            .iter()
+            .filter(|passage| passage.page.path.starts_with(LANGUAGE));
+        let mut forms: Vec<(String, String)> = Vec::new();
+        for cells in rows.map(Passage::cells) {
+            let Some((_, subject)) = cells.first() else {
+                continue;
+            };
+            for form in subject.split('`').skip(1).step_by(2) {
+                let has_operands = form
+                    .strip_prefix(word)
+                    .is_some_and(|rest| rest.starts_with(['(', ' ']));
+                if has_operands && !forms.iter().any(|(known, _)| known == form) {
+                    let effect = cells.get(1).map_or("", |(_, cell)| cell.as_str());
+                    forms.push((form.to_owned(), effect.to_owned()));
+                }
+            }
+        }
+        forms
+    }
+
+    /// Cause and remedy of an alarm by its number, `2-046`, as Markdown without links.
+    pub fn alarm(&self, number: &str) -> Option<String> {
+        let passages = self.explain(number);
+        let found = passages.iter().find(|passage| passage.page.path == ALARMS)?;
+        Some(shortened(found.without_links().trim(), MAX_EXPLANATION).into_owned())
+    }
+}
+
+/// A row as a paragraph: what it is about, what it says, and where that is known from.
+fn paragraph(passage: &Passage<'_>) -> String {
+    let cells = passage.cells();
+    let Some(((_, subject), further)) = cells.split_first() else {
+        return passage.without_links().trim().to_owned();
+    };
+    let mut text = format!("{subject}  \n");
+    for (at, (heading, cell)) in further.iter().filter(|(_, cell)| !cell.is_empty()).enumerate() {
+        text += &match heading.as_str() {
+            "Source" => format!("\n*Source: {cell}*"),
+            _ if at == 0 => format!("{cell}\n"),
+            heading => format!("\n{heading}: {cell}\n"),
+        };
+    }
+    text
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::book;
+
+    #[test]
+    fn a_row_becomes_a_paragraph_with_its_source() {
+        assert_eq!(
+            book()
+                .language_word("MOVES")
+                .unwrap()
+                .split("\n\n---")
+                .next()
+                .unwrap(),
+            "`MOVES p`  \nthe tool point moves on a straight line\n\n*Source: observed*"
+        );
+        assert!(
+            book()
+                .language_word("PASS")
+                .unwrap()
+                .contains("\nDefault: 50, off\n")
+        );
+        assert!(book().language_word("TO").is_some());
+        assert_eq!(book().language_word("XYZZY"), None);
+    }
+
+    #[test]
+    fn forms_have_operands() {
+        let forms: Vec<String> = book()
+            .call_forms("BCDOUT")
+            .into_iter()
+            .map(|(form, _)| form)
+            .collect();
+        assert_eq!(forms, ["BCDOUT(first, digits, value)"]);
+        assert_eq!(book().call_forms("STOP"), []);
+        assert!(book().alarm("2-046").unwrap().starts_with("### Alarm 2-046\n"));
+        assert_eq!(book().alarm("9-999"), None);
+    }
+}
