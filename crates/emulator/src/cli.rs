@@ -22,9 +22,11 @@ mod help;
 mod host;
 mod input;
 mod junit_stub;
+mod lsp;
 mod man;
 mod mcp;
 mod output;
+mod programs;
 mod ready;
 mod run;
 mod serve;
@@ -61,6 +63,7 @@ enum Command {
     Host(host::HostArgs),
     Check(check::CheckArgs),
     Fmt(format::FormatArgs),
+    Lsp(lsp::LspArgs),
     Run(run::RunArgs),
     Faults(faults::FaultsArgs),
     Tap(tap::TapArgs),
@@ -131,6 +134,7 @@ fn run(command: Command) -> ExitCode {
         Command::Host(args) => host::run(&args),
         Command::Check(args) => check::run(&args),
         Command::Fmt(args) => format::run(&args),
+        Command::Lsp(args) => lsp::run(&args),
         Command::Run(args) => run::run(&args),
         Command::Faults(args) => faults::run(&args),
         Command::Tap(args) => tap::run(&args),

@@ -66,9 +66,7 @@ impl Instance {
     fn write_in(&self, directories: &[PathBuf]) -> io::Result<StateFile> {
         let mut refused = None;
         for directory in directories {
-            let written = create_private(directory)
-                .and_then(|()| expect_private(directory))
-                .and_then(|()| self.write(directory));
+            let written = made_private(directory).and_then(|()| self.write(directory));
             match written {
                 Ok(file) => return Ok(file),
                 Err(error) => refused = refused.or(Some(error)),
@@ -164,6 +162,18 @@ fn directories() -> Vec<PathBuf> {
     let memory = cfg!(target_os = "linux").then(|| PathBuf::from("/dev/shm"));
     let places = memory.into_iter().chain([std::env::temp_dir()]);
     places.map(|place| place.join(&own)).collect()
+}
+
+/// A directory for files of this user that need not outlive the machine; `None` if there is no place for one.
+pub fn private_directory() -> Option<PathBuf> {
+    directories()
+        .into_iter()
+        .find(|directory| made_private(directory).is_ok())
+}
+
+/// Makes a directory that no other user can write to, if there is none yet.
+fn made_private(path: &Path) -> io::Result<()> {
+    create_private(path).and_then(|()| expect_private(path))
 }
 
 fn create_private(path: &Path) -> io::Result<()> {

@@ -112,6 +112,7 @@ const EVERYDAY: &[Everyday] = &[
         example: "ts3100 check *.scol",
     },
     whole("fmt", "ts3100 fmt *.scol"),
+    whole("lsp", "ts3100 lsp"),
     Everyday {
         name: "run",
         shown: &[

@@ -1,0 +1,151 @@
+//! `ts3100 lsp`: the language server of SCOL on stdin and stdout.
+//!
+//! The server is `ts3100-workbench`'s. Here messages are read by a thread, so that all that have arrived reach it together, and
+//! files are read for it.
+
+use super::exit::{NEGATIVE, UNUSABLE};
+use super::input;
+use super::programs::{self, FolderError};
+use crate::config::model::ModelChoice;
+use crate::instances;
+use crate::log::print_error;
+use clap::Args;
+use std::cell::RefCell;
+use std::collections::BTreeMap;
+use std::fs;
+use std::io::{self, BufReader};
+use std::path::{Path, PathBuf};
+use std::sync::mpsc::{Receiver, sync_channel};
+use std::thread;
+use tracing::debug;
+use ts3100_book::{Passage, book};
+use ts3100_controller::model::ArmModel;
+use ts3100_recording::uri;
+use ts3100_workbench::framing::{self, FramingError};
+use ts3100_workbench::lsp::{Project, Server, Settings, SettingsError};
+
+/// Messages that are read ahead; an editor that sends more waits.
+const AHEAD: usize = 256;
+
+/// Serve SCOL to an editor (Language Server Protocol over stdin and stdout).
+///
+/// Configure your editor to start `ts3100 lsp` for SCOL files. It shows errors while you type and fixes them, completes,
+/// explains words, alarms and lines, finds and renames what programs name, and formats. docs: how-to/write-scol
+///
+/// Exit codes: 0 the editor ended the conversation; 1 it left without a word; 2 wrong usage, or it sends something else.
+#[derive(Debug, Args)]
+pub(super) struct LspArgs {
+    /// Arm, by name or .toml file: it decides how many values a position has
+    #[arg(long, value_name = "MODEL", default_value = "ts3100-tv800")]
+    model: ModelChoice,
+    /// Points taught on the controller, a CSV file [default: points.csv beside each program]
+    #[arg(long, value_name = "FILE")]
+    points: Option<PathBuf>,
+    /// Speak over stdin and stdout, which is the only way; editors pass it
+    #[arg(long)]
+    stdio: bool,
+}
+
+/// Serves until the editor says `exit` or closes the stream.
+pub(super) fn run(args: &LspArgs) -> anyhow::Result<u8> {
+    let settings = Settings {
+        model: args.model.read()?,
+        points: args.points.clone(),
+    };
+    let (sender, messages) = sync_channel(AHEAD);
+    // It ends with the process, since a read of stdin cannot be given up.
+    thread::Builder::new().name("stdin".to_owned()).spawn(move || {
+        let mut stdin = BufReader::new(io::stdin());
+        loop {
+            let message = framing::read(&mut stdin);
+            let is_last = !matches!(message, Ok(Some(_)));
+            if sender.send(message).is_err() || is_last {
+                return;
+            }
+        }
+    })?;
+    Ok(serve(&mut Server::new(Disk::default(), settings), &messages))
+}
+
+fn serve(server: &mut Server<Disk>, messages: &Receiver<Result<Option<Vec<u8>>, FramingError>>) -> u8 {
+    loop {
+        let mut batch = Vec::new();
+        let mut end = None;
+        let first = messages.recv().into_iter();
+        for message in first.chain(messages.try_iter()) {
+            match message {
+                Ok(Some(message)) => batch.push(message),
+                Ok(None) => end = Some(NEGATIVE),
+                Err(error) => {
+                    print_error(format_args!("{:#}", anyhow::Error::new(error)));
+                    end = Some(UNUSABLE);
+                }
+            }
+        }
+        let answers = server.receive(batch.iter().map(Vec::as_slice));
+        let mut stdout = io::stdout().lock();
+        for answer in answers {
+            // An editor that has gone takes no answer.
+            if framing::write(&mut stdout, &answer.to_string()).is_err() {
+                return NEGATIVE;
+            }
+        }
+        if let Some(is_orderly) = server.ended() {
+            return if is_orderly { 0 } else { NEGATIVE };
+        }
+        if let Some(code) = end {
+            return code;
+        }
+    }
+}
+
+/// The files of the machine.
+#[derive(Debug, Default)]
+struct Disk {
+    /// Addresses of the pages that have been written, by their codes.
+    pages: RefCell<BTreeMap<String, Option<String>>>,
+}
+
+impl Project for Disk {
+    fn read(&self, path: &Path) -> Option<String> {
+        input::read_program(path).ok()
+    }
+
+    fn programs(&self, folder: &Path) -> Vec<PathBuf> {
+        let found = programs::expand(&[folder.to_path_buf()]).into_iter();
+        let listed = found.inspect(|found| {
+            if let Err(FolderError { path, reason }) = found {
+                debug!("cannot list {}: {reason}", path.display());
+            }
+        });
+        listed.filter_map(Result::ok).collect()
+    }
+
+    fn model(&self, name: &str) -> Result<ArmModel, SettingsError> {
+        let choice = name
+            .parse::<ModelChoice>()
+            .map_err(|error| SettingsError::Model(error.to_string()))?;
+        choice
+            .read()
+            .map_err(|error| SettingsError::Model(error.to_string()))
+    }
+
+    fn explanation(&self, code: &str) -> Option<String> {
+        let mut pages = self.pages.borrow_mut();
+        let page = pages
+            .entry(code.to_owned())
+            .or_insert_with_key(|code| write_page(code));
+        page.clone()
+    }
+}
+
+/// Writes what `ts3100 explain` prints to a file that the editor opens, and returns its address.
+fn write_page(code: &str) -> Option<String> {
+    let passages = book().explain(code);
+    let texts: Vec<String> = passages.iter().map(Passage::without_links).collect();
+    let folder = instances::private_directory()?.join("explain");
+    let path = folder.join(code).with_extension("md");
+    fs::create_dir_all(&folder).ok()?;
+    fs::write(&path, texts.join("\n")).ok()?;
+    Some(uri::of_file(&path))
+}

@@ -1,0 +1,194 @@
+//! The SCOL files that a command line names: each file as given, and those of a folder.
+//!
+//! A folder means all `*.scol` files in it and below, in the order of their paths. Hidden files and folders are left
+//! out, as are symbolic links: what they lead to is found in its own place, and a link to a folder above cannot go round.
+
+use super::input::is_stdin;
+use std::fs;
+use std::io;
+use std::path::{Path, PathBuf};
+use ts3100_driver::files;
+
+/// Ending of SCOL files in lower case; files with it in upper case are found too.
+const ENDING: &str = "scol";
+/// Deepest folder below a given one.
+const MAX_DEPTH: usize = 32;
+/// Most SCOL files of a folder: those of many cells. More is likely a folder that was not meant.
+const MAX_FILES: usize = 10_000;
+/// Most entries of a folder that are looked at, of any kind.
+const MAX_ENTRIES: usize = 1_000_000;
+
+/// A folder that cannot be listed, or holds no SCOL files.
+#[derive(Debug)]
+pub(super) struct FolderError {
+    pub(super) path: PathBuf,
+    pub(super) reason: io::Error,
+}
+
+/// The files to read, in the order given. A path that is missing is among them: its reader reports it.
+pub(super) fn expand(paths: &[PathBuf]) -> Vec<Result<PathBuf, FolderError>> {
+    let mut found = Vec::new();
+    for path in paths {
+        if is_stdin(path) || !path.is_dir() {
+            found.push(Ok(path.clone()));
+            continue;
+        }
+        let mut folder = Folder::default();
+        folder.list(path, 0);
+        found.append(&mut folder.finish(path));
+    }
+    found
+}
+
+/// What a folder holds, while it is listed.
+#[derive(Default)]
+struct Folder {
+    files: Vec<PathBuf>,
+    errors: Vec<FolderError>,
+    entries: usize,
+}
+
+impl Folder {
+    fn list(&mut self, folder: &Path, depth: usize) {
+        if let Err(reason) = self.list_entries(folder, depth) {
+            self.errors.push(FolderError {
+                path: folder.to_path_buf(),
+                reason,
+            });
+        }
+    }
+
+    fn list_entries(&mut self, folder: &Path, depth: usize) -> io::Result<()> {
+        if depth > MAX_DEPTH {
+            return Err(io::Error::other(format!(
+                "expected at most {MAX_DEPTH} folders in each other"
+            )));
+        }
+        for entry in fs::read_dir(folder)? {
+            let entry = entry?;
+            if self.is_full() {
+                return Ok(());
+            }
+            self.entries += 1;
+            if entry.file_name().as_encoded_bytes().starts_with(b".") {
+                continue;
+            }
+            let (path, kind) = (entry.path(), entry.file_type()?);
+            if kind.is_dir() {
+                self.list(&path, depth + 1);
+            } else if kind.is_file() && files::extension(&path) == ENDING {
+                self.files.push(path);
+            }
+        }
+        Ok(())
+    }
+
+    fn is_full(&self) -> bool {
+        self.files.len() > MAX_FILES || self.entries >= MAX_ENTRIES
+    }
+
+    fn finish(mut self, folder: &Path) -> Vec<Result<PathBuf, FolderError>> {
+        let failed = |reason: String| {
+            let path = folder.to_path_buf();
+            let reason = io::Error::other(reason);
+            vec![Err(FolderError { path, reason })]
+        };
+        if self.is_full() {
+            return failed(format!(
+                "expected at most {MAX_FILES} SCOL files among {MAX_ENTRIES} entries, found more; name the folders of your programs"
+            ));
+        }
+        if self.files.is_empty() && self.errors.is_empty() {
+            return failed(format!(
+                "no SCOL files (*.{ENDING}) in this folder and the folders below"
+            ));
+        }
+        self.files.sort();
+        let files = self.files.into_iter().map(Ok);
+        files.chain(self.errors.into_iter().map(Err)).collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::testing::TempDir;
+
+    fn found(directory: &TempDir) -> Vec<String> {
+        let found = expand(&[directory.path().to_path_buf()]);
+        let name = |path: &Path| {
+            let inner = path.strip_prefix(directory.path()).unwrap();
+            inner.to_str().unwrap().replace('\\', "/")
+        };
+        let lines = found.into_iter().map(|found| match found {
+            Ok(path) => name(&path),
+            Err(error) => format!("{}: {}", name(&error.path), error.reason),
+        });
+        lines.collect()
+    }
+
+    #[test]
+    fn a_folder_stands_for_the_scol_files_below() {
+        let directory = TempDir::new("folder");
+        for folder in ["cell/b", "cell/.git", "cell.d"] {
+            fs::create_dir_all(directory.at(folder)).unwrap();
+        }
+        for name in [
+            "b.scol",
+            "A.SCOL",
+            "cell/b/deep.scol",
+            "cell.d/x.scol",
+            "cell/.git/hidden.scol",
+            ".hidden.scol",
+            "points.csv",
+            "scol",
+        ] {
+            directory.file(name, "");
+        }
+        assert_eq!(
+            found(&directory),
+            ["A.SCOL", "b.scol", "cell/b/deep.scol", "cell.d/x.scol"]
+        );
+    }
+
+    #[test]
+    fn a_folder_without_scol_files_is_an_error_and_a_missing_path_is_left_to_its_reader() {
+        let directory = TempDir::new("folder");
+        assert_eq!(
+            found(&directory),
+            [": no SCOL files (*.scol) in this folder and the folders below"]
+        );
+        let missing = directory.at("missing");
+        let found = expand(&[missing.clone(), PathBuf::from("-")]);
+        let found: Vec<PathBuf> = found.into_iter().map(Result::unwrap).collect();
+        assert_eq!(found, [missing, PathBuf::from("-")]);
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn symbolic_links_do_not_go_round() {
+        let directory = TempDir::new("folder");
+        fs::create_dir(directory.at("in")).unwrap();
+        directory.file("in/a.scol", "");
+        std::os::unix::fs::symlink(directory.path(), directory.at("in/up")).unwrap();
+        std::os::unix::fs::symlink("a.scol", directory.at("in/b.scol")).unwrap();
+        assert_eq!(found(&directory), ["in/a.scol"]);
+        // A link that is given is followed.
+        let found = expand(&[directory.at("in/up")]);
+        assert_eq!(found.len(), 1);
+        assert_eq!(found[0].as_ref().unwrap(), &directory.at("in/up/in/a.scol"));
+    }
+
+    #[test]
+    fn folders_are_listed_to_a_depth() {
+        let directory = TempDir::new("folder");
+        let deep = |depth: usize| (0..depth).fold(directory.path().to_path_buf(), |path, _| path.join("d"));
+        fs::create_dir_all(deep(MAX_DEPTH + 1)).unwrap();
+        fs::write(deep(MAX_DEPTH).join("last.scol"), "").unwrap();
+        fs::write(deep(MAX_DEPTH + 1).join("no.scol"), "").unwrap();
+        let found = found(&directory);
+        assert_eq!(found.len(), 2);
+        assert!(found[0].ends_with("d/last.scol"), "{found:?}");
+        assert!(found[1].contains("expected at most 32 folders"), "{found:?}");
+    }
+}

@@ -1,0 +1,121 @@
+//! An open file, or one of the disk beside it, and what is known of its text.
+
+use super::project::{Projects, Table};
+use super::text::Text;
+use scol_mini::editor::{Context, Index, Symbol, Use};
+use scol_mini::{Arm, Diagnostic, LanguageOptions};
+use std::cell::OnceCell;
+use std::path::PathBuf;
+use std::rc::Rc;
+use ts3100_controller::model::ArmModel;
+use ts3100_recording::uri;
+
+/// A text with the settings it is read by. What is known of it is found out when it is asked for.
+#[derive(Debug)]
+pub(super) struct Document {
+    pub(super) uri: String,
+    pub(super) text: Text,
+    pub(super) version: i64,
+    pub(super) table: Rc<Table>,
+    pub(super) model: Rc<ArmModel>,
+    index: OnceCell<Index>,
+    diagnostics: OnceCell<Vec<Diagnostic>>,
+}
+
+impl Document {
+    pub(super) fn new<P>(
+        uri: &str,
+        text: Text,
+        version: i64,
+        projects: &Projects<P>,
+        table: Rc<Table>,
+    ) -> Document {
+        Document {
+            uri: uri.to_owned(),
+            text,
+            version,
+            table,
+            model: projects.model(),
+            index: OnceCell::new(),
+            diagnostics: OnceCell::new(),
+        }
+    }
+
+    /// Replaces the text.
+    pub(super) fn change(&mut self, text: Text, version: i64) {
+        (self.text, self.version) = (text, version);
+        self.forget();
+    }
+
+    /// Takes over settings; whether they differ from those it had.
+    pub(super) fn settle<P>(&mut self, projects: &Projects<P>, table: Rc<Table>) -> bool {
+        let model = projects.model();
+        let differs = *table != *self.table || !Rc::ptr_eq(&model, &self.model);
+        if differs {
+            (self.table, self.model) = (table, model);
+            self.forget();
+        }
+        differs
+    }
+
+    fn forget(&mut self) {
+        self.index = OnceCell::new();
+        self.diagnostics = OnceCell::new();
+    }
+
+    /// Its file, unless it has none.
+    pub(super) fn path(&self) -> Option<PathBuf> {
+        uri::to_path(&self.uri)
+    }
+
+    pub(super) fn source(&self) -> &str {
+        self.text.as_str()
+    }
+
+    pub(super) fn arm(&self) -> Arm {
+        self.model.language()
+    }
+
+    pub(super) fn index(&self) -> &Index {
+        self.index
+            .get_or_init(|| Index::new(self.source(), self.arm(), &self.table.points))
+    }
+
+    /// Errors and warnings, as `ts3100 check` has them.
+    pub(super) fn diagnostics(&self) -> &[Diagnostic] {
+        self.diagnostics.get_or_init(|| {
+            let options = LanguageOptions {
+                arm: self.arm(),
+                ..LanguageOptions::default()
+            };
+            scol_mini::check_with_points(self.source(), &options, &self.table.points).diagnostics
+        })
+    }
+
+    /// Text of a place.
+    pub(super) fn text_of(&self, span: scol_mini::Span) -> &str {
+        self.source().get(span.start..span.end).unwrap_or_default()
+    }
+
+    /// The symbol at a byte, with its place there.
+    pub(super) fn symbol_at(&self, byte: usize) -> Option<(&Symbol, &Use)> {
+        let found = self.index().use_at(byte)?;
+        Some((self.index().symbols().get(found.symbol)?, found))
+    }
+
+    /// The line that declares a symbol, without blanks around it, its comment included.
+    pub(super) fn declaration(&self, symbol: &Symbol) -> Option<&str> {
+        let (_, line) = self.index().line_of(symbol.declared?.start);
+        Some(self.text_of(line).trim())
+    }
+
+    /// What can follow at a byte, and the call that it is in.
+    pub(super) fn context(&self, byte: usize) -> Context {
+        Context::at(self.source(), byte, self.index(), self.arm())
+    }
+
+    /// As [`Index::datum`].
+    pub(super) fn datum(&self, symbol: &Symbol) -> Option<(String, &str)> {
+        self.index().datum(self.source(), symbol)
+    }
+}

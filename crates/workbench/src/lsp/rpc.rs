@@ -1,0 +1,167 @@
+//! JSON-RPC 2.0: a message and what it is, responses and their errors.
+
+use super::project::SettingsError;
+use serde::de::DeserializeOwned;
+use serde_json::{Value, json};
+
+/// The number or text of a request.
+pub(super) type RequestId = Value;
+
+/// A message of the editor.
+#[derive(Debug)]
+pub(super) enum Message {
+    Request {
+        id: RequestId,
+        method: String,
+        params: Value,
+    },
+    Notification {
+        method: String,
+        params: Value,
+    },
+    Response,
+    /// Anything else, with the response it gets.
+    Invalid(RequestId, ResponseError),
+}
+
+impl Message {
+    pub(super) fn parse(bytes: &[u8]) -> Message {
+        let mut message: Value = match serde_json::from_slice(bytes) {
+            Ok(message) => message,
+            Err(error) => {
+                let error = ResponseError::new(-32_700, format!("the message is not JSON: {error}"));
+                return Message::Invalid(Value::Null, error);
+            }
+        };
+        let id = message.get_mut("id").map(Value::take);
+        let params = message.get_mut("params").map_or(Value::Null, Value::take);
+        let method = message.get("method").and_then(Value::as_str).map(str::to_owned);
+        match (id, method) {
+            (Some(id), Some(method)) if id.is_number() || id.is_string() => {
+                Message::Request { id, method, params }
+            }
+            (None, Some(method)) => Message::Notification { method, params },
+            (Some(_), None) if message.get("result").is_some() || message.get("error").is_some() => {
+                Message::Response
+            }
+            (id, _) => {
+                let id = id
+                    .filter(|id| id.is_number() || id.is_string())
+                    .unwrap_or_default();
+                Message::Invalid(
+                    id,
+                    ResponseError::invalid_request("the message is neither request nor notification"),
+                )
+            }
+        }
+    }
+
+    /// The request that the message cancels.
+    pub(super) fn cancels(&self) -> Option<RequestId> {
+        match self {
+            Message::Notification { method, params } if method == "$/cancelRequest" => {
+                params.get("id").cloned()
+            }
+            Message::Request { .. }
+            | Message::Notification { .. }
+            | Message::Response
+            | Message::Invalid(..) => None,
+        }
+    }
+}
+
+/// An answer that something cannot be done.
+#[derive(Debug)]
+pub(super) struct ResponseError {
+    code: i64,
+    pub(super) message: String,
+}
+
+impl ResponseError {
+    fn new(code: i64, message: impl Into<String>) -> ResponseError {
+        let message = message.into();
+        ResponseError { code, message }
+    }
+
+    pub(super) fn invalid_request(message: &str) -> ResponseError {
+        ResponseError::new(-32_600, message)
+    }
+
+    pub(super) fn unknown_method(method: &str) -> ResponseError {
+        ResponseError::new(-32_601, format!("unknown method {method}"))
+    }
+
+    pub(super) fn invalid_params(message: impl Into<String>) -> ResponseError {
+        ResponseError::new(-32_602, message)
+    }
+
+    pub(super) fn not_open(uri: &str) -> ResponseError {
+        ResponseError::invalid_params(format!("{uri} is not open"))
+    }
+
+    pub(super) fn not_initialized() -> ResponseError {
+        ResponseError::new(-32_002, "the server is not initialized; send initialize first")
+    }
+
+    pub(super) fn cancelled() -> ResponseError {
+        ResponseError::new(-32_800, "cancelled")
+    }
+
+    /// The request is valid and cannot be carried out.
+    pub(super) fn failed(message: impl Into<String>) -> ResponseError {
+        ResponseError::new(-32_803, message)
+    }
+}
+
+impl From<SettingsError> for ResponseError {
+    fn from(error: SettingsError) -> ResponseError {
+        ResponseError::invalid_params(error.to_string())
+    }
+}
+
+/// The parameters of a request.
+pub(super) struct Params(pub(super) Value);
+
+impl Params {
+    pub(super) fn parse<T: DeserializeOwned>(&self) -> Result<T, ResponseError> {
+        T::deserialize(&self.0).map_err(|error| ResponseError::invalid_params(error.to_string()))
+    }
+
+    /// The text at a JSON pointer; empty where there is none.
+    pub(super) fn text(&self, pointer: &str) -> &str {
+        self.0
+            .pointer(pointer)
+            .and_then(Value::as_str)
+            .unwrap_or_default()
+    }
+
+    pub(super) fn is_set(&self, pointer: &str) -> bool {
+        self.0.pointer(pointer) == Some(&Value::Bool(true))
+    }
+
+    /// The addresses in a list of folders.
+    pub(super) fn uris(&self, pointer: &str) -> Vec<String> {
+        let folders = self
+            .0
+            .pointer(pointer)
+            .and_then(Value::as_array)
+            .into_iter()
+            .flatten();
+        folders
+            .filter_map(|folder| Some(folder.get("uri")?.as_str()?.to_owned()))
+            .collect()
+    }
+}
+
+pub(super) fn response(id: &RequestId, result: Result<Value, ResponseError>) -> Value {
+    match result {
+        Ok(result) => json!({ "jsonrpc": "2.0", "id": id, "result": result }),
+        Err(ResponseError { code, message }) => {
+            json!({ "jsonrpc": "2.0", "id": id, "error": { "code": code, "message": message } })
+        }
+    }
+}
+
+pub(super) fn notification(method: &str, params: &Value) -> Value {
+    json!({ "jsonrpc": "2.0", "method": method, "params": params })
+}
