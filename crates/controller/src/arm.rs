@@ -18,6 +18,7 @@ mod append;
 mod jog;
 mod load;
 mod memo;
+mod reach;
 mod retry;
 mod settings;
 mod wear;

@@ -76,7 +76,7 @@ pub use conditions::{AXES, Accuracy, Conditions, FULL, MAX_ACCEL};
 pub use diagnostic::{Diagnostic, MAX_DIAGNOSTICS, Severity, Span};
 pub use fix::Edit;
 pub use format::format;
-pub use lint::{check, check_with_points};
+pub use lint::{Robot, check, check_for, check_with_points};
 pub use machine::{Jump, Machine, MonitorAction};
 pub use memory::{AccessError, Memory};
 pub use options::{Arm, IntDivision, LanguageOptions};

@@ -1,10 +1,12 @@
-//! Warnings about code that is legal and likely wrong, W0601 to W0614 (listed in `diagnostic`).
+//! Warnings about code that is legal and likely wrong, W0601 to W0629 (listed in `codes`).
 //!
-//! The lints look at tokens, not at trees, so they also report on a file that does not compile. Errors are left to the
-//! compiler. `flow`, `names` and `values` hold the rules; start with [`check`].
+//! The lints look at tokens, and at the statements that parse, so they also report on a file that does not compile. Errors
+//! are left to the compiler. The modules hold the rules; start with [`check`].
 
+mod constants;
 mod flow;
 mod names;
+mod slips;
 mod values;
 
 pub(crate) use flow::targets;
@@ -15,7 +17,9 @@ use alloc::collections::BTreeSet;
 use crate::diagnostic::{Diagnostic, MAX_DIAGNOSTICS, Severity, Sink};
 use crate::options::LanguageOptions;
 use crate::outline::Outline;
+use crate::parser::parse_file;
 use crate::points::TaughtPoint;
+use crate::request::Request;
 use crate::{Compilation, MAX_SOURCE, compile_with_points};
 
 /// Compiles a file and adds warnings about legal but suspicious code, in source order; at most [`MAX_DIAGNOSTICS`] in
@@ -26,13 +30,47 @@ pub fn check(source: &str, options: &LanguageOptions) -> Compilation {
 
 /// As [`check`]; the programs of the file also see these points.
 pub fn check_with_points(source: &str, options: &LanguageOptions, points: &[TaughtPoint]) -> Compilation {
+    check_for(source, options, points, &AnyRobot)
+}
+
+/// The robot that a program is checked for: the lines it has, and what its arm can do.
+pub trait Robot {
+    /// Whether DIN can read this line.
+    fn has_input(&self, line: u16) -> bool;
+    /// Why the robot raises an alarm instead of doing this, if it does whatever the state it is in.
+    ///
+    /// The requests are those of constants: outputs and pulses, and motions to one position or of one axis. A motion
+    /// of an axis by 0 asks whether the arm has the axis.
+    fn refusal(&self, request: &Request) -> Option<String>;
+}
+
+/// A robot that has every line and reaches every place.
+struct AnyRobot;
+
+impl Robot for AnyRobot {
+    fn has_input(&self, _: u16) -> bool {
+        true
+    }
+    fn refusal(&self, _: &Request) -> Option<String> {
+        None
+    }
+}
+
+/// As [`check_with_points`]; constants that this robot refuses are warnings too.
+pub fn check_for(
+    source: &str,
+    options: &LanguageOptions,
+    points: &[TaughtPoint],
+    robot: &dyn Robot,
+) -> Compilation {
     let mut compilation = compile_with_points(source, options, points);
     if source.len() > MAX_SOURCE {
         return compilation;
     }
     let diagnostics = compilation.diagnostics.iter();
     let errors = diagnostics.filter(|d| d.severity == Severity::Error);
-    let warnings = warnings(source, options, &errors.map(|d| d.line).collect());
+    let broken = errors.map(|d| d.line).collect();
+    let warnings = warnings(source, options, points, robot, &broken);
     let room = MAX_DIAGNOSTICS.saturating_sub(compilation.diagnostics.len());
     compilation.diagnostics.extend(warnings.into_iter().take(room));
     compilation.diagnostics.sort_by_key(|d| (d.line, d.column));
@@ -40,13 +78,22 @@ pub fn check_with_points(source: &str, options: &LanguageOptions, points: &[Taug
 }
 
 /// `broken` are the lines with errors.
-fn warnings(source: &str, options: &LanguageOptions, broken: &BTreeSet<u32>) -> Vec<Diagnostic> {
+fn warnings(
+    source: &str,
+    options: &LanguageOptions,
+    points: &[TaughtPoint],
+    robot: &dyn Robot,
+    broken: &BTreeSet<u32>,
+) -> Vec<Diagnostic> {
     let outline = Outline::new(source);
     let mut sink = Sink::new(source);
     for part in &outline.parts {
         flow::lint(part, broken, &mut sink);
         values::lint(part, options, &mut sink);
     }
+    let mut file = parse_file(source, options, &mut Sink::new(source));
+    slips::lint(&mut file, source, options, &mut sink);
+    constants::lint(&mut file, options, points, robot, &mut sink);
     names::lint(&outline, options.arm, broken.is_empty(), &mut sink);
     sink.finish()
 }
@@ -56,7 +103,13 @@ mod tests {
     use super::*;
 
     fn codes(source: &str) -> Vec<&'static str> {
-        let list = warnings(source, &LanguageOptions::default(), &BTreeSet::new());
+        let list = warnings(
+            source,
+            &LanguageOptions::default(),
+            &[],
+            &AnyRobot,
+            &BTreeSet::new(),
+        );
         list.iter().map(|d| d.code).collect()
     }
 

@@ -19,6 +19,7 @@ mod request_values;
 mod snapshot;
 #[cfg(test)]
 mod tests;
+mod trial;
 mod vm;
 
 use crate::prelude::*;
@@ -27,13 +28,15 @@ use alloc::sync::Arc;
 use crate::memory::{MAIN_TASK, Memory};
 use crate::program::{Operation, Program, STATE_VERSION};
 use crate::request::{Answer, Fault, FaultKind, Inputs, Pause, Request};
-use crate::tree::{Ask, Change, Expression, Simple};
-use crate::value::{Number, Position, Value};
+use crate::tree::{Ask, Change, Simple};
+use crate::value::{Number, Position};
 
 pub(crate) use arithmetic::convert;
 use evaluate::Execution;
 pub use monitor::{Jump, MonitorAction};
+pub(crate) use place::outside_array;
 use place::{Argument, ValuePlace};
+pub(crate) use trial::{TrialInputs, try_operation, try_value};
 
 /// Jumps followed in search of the next motion.
 const MAX_JUMPS_AHEAD: usize = 4;
@@ -438,12 +441,6 @@ fn numbers(request: &Request, answer: Answer) -> Result<Vec<Number>> {
         (_, Answer::Values(_) | Answer::Cancelled(_)) => "only INPUT and TASK take numbers",
     };
     FaultKind::Type.fail(message)
-}
-
-/// The value of an operand of this program that depends neither on variables nor on the world.
-pub(crate) fn constant_value(program: &Arc<Program>, operand: &Expression) -> Result<Value> {
-    let (mut machine, mut memory) = (Machine::main(Arc::clone(program)), Memory::new(program));
-    machine.enter(program, &mut memory, &NoInputs).evaluate(operand)
 }
 
 /// The world of a constant: none.

@@ -7,13 +7,12 @@ use crate::prelude::*;
 use alloc::collections::BTreeSet;
 use alloc::sync::Arc;
 
-use super::lower;
 use crate::diagnostic::{Diagnostic, Sink};
-use crate::machine::{constant_value, convert};
+use crate::machine::{NoInputs, convert, try_value};
 use crate::options::LanguageOptions;
 use crate::parser::{Datum, Declaration, File};
 use crate::points::TaughtPoint;
-use crate::program::{Owner, Program, Slot, Symbols, flat_length};
+use crate::program::{Owner, Slot, Symbols, flat_length};
 use crate::request::Fault;
 use crate::tree::{Expression, Name};
 use crate::value::{Frame, Payload, Position, Trans, Value, ValueKind};
@@ -64,13 +63,7 @@ fn global(
 
 /// The value of an expression without variables.
 fn constant(expression: &Expression, options: &LanguageOptions) -> Result<Value, Box<Fault>> {
-    let mut expression = expression.clone();
-    let code = lower::constant(&mut expression);
-    let program = Program {
-        code,
-        ..Program::without_steps(0, options)
-    };
-    constant_value(&Arc::new(program), &expression)
+    try_value(expression, options, &NoInputs)
 }
 
 /// `name(i) = value` in GLOBAL: the initial value of one element.

@@ -16,7 +16,7 @@ use crate::tree::{
 use crate::value::Number;
 
 /// The code of these steps, whose operands learn where their formulas are.
-pub(super) fn code(steps: &mut [Step], blocks: &[Entry], symbols: &Symbols) -> Code {
+pub(crate) fn code(steps: &mut [Step], blocks: &[Entry], symbols: &Symbols) -> Code {
     let mut lowering = Lowering::new(blocks, symbols);
     for (number, step) in (0..).zip(steps) {
         lowering.code.entries.push(lowering.here());

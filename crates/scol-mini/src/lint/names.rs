@@ -163,8 +163,10 @@ impl<'a> Uses<'a> {
 
     /// An assignment or a call.
     fn named(&mut self, head: &'a str, segment: &'a [Lexeme], arm: Arm) {
-        let further = names(segment, arm).skip(1);
-        self.used.extend(further.map(|(name, _)| name));
+        // What a plain variable is computed from itself is not read by it: N = N + 1.
+        let counts = segment.get(1).is_some_and(|lexeme| lexeme.is(Sign::Assign));
+        let further = names(segment, arm).skip(1).map(|(name, _)| name);
+        self.used.extend(further.filter(|name| !counts || *name != head));
         match segment.first() {
             Some(first) if segment.iter().any(|lexeme| lexeme.is(Sign::Assign)) => {
                 self.assigned.entry(head).or_insert(first.span);

@@ -1,12 +1,10 @@
-//! Warnings about constants: divisions that lose their fraction, percentages outside their range, reals for integer
-//! variables.
+//! Warnings about constants that lose something: divisions without their fraction, reals for integer variables.
 //!
-//! It looks at the rows of `outline`. The compiler computes constant expressions.
+//! It looks at the rows of `outline`. Constants that raise an alarm are in `constants`.
 
 use crate::prelude::*;
 use alloc::collections::BTreeMap;
 
-use crate::conditions::{FULL, MAX_ACCEL};
 use crate::diagnostic::{Diagnostic, Sink};
 use crate::fix::Edit;
 use crate::lexer::{Lexeme, Sign, Token};
@@ -17,7 +15,6 @@ pub(super) fn lint(part: &Part, options: &LanguageOptions, sink: &mut Sink) {
     let mut integers: BTreeMap<&str, u32> = BTreeMap::new();
     for row in &part.rows {
         divisions(&row.body, options, sink);
-        percentages(&row.body, sink);
         for segment in row.segments() {
             if let [target, equals, value] = segment
                 && equals.is(Sign::Assign)
@@ -48,16 +45,11 @@ fn truncated(name: &str, real: f32, value: &Lexeme, integers: &BTreeMap<&str, u3
     }
 }
 
-/// W0612 and W0613.
+/// W0612.
 fn divisions(tokens: &[Lexeme], options: &LanguageOptions, sink: &mut Sink) {
     for (at, window) in tokens.windows(3).enumerate() {
         let [left, slash, right] = window else { continue };
         if !slash.is(Sign::Slash) {
-            continue;
-        }
-        if matches!(right.token, Token::Integer(0)) || matches!(right.token, Token::Real(0.0)) {
-            let problem = Diagnostic::new("W0613", right.span, "this divides by zero and raises an alarm");
-            sink.push(problem.help("divide by a number other than 0"));
             continue;
         }
         let before = at.checked_sub(1).and_then(|at| tokens.get(at));
@@ -67,6 +59,7 @@ fn divisions(tokens: &[Lexeme], options: &LanguageOptions, sink: &mut Sink) {
             continue;
         }
         if let (Token::Integer(a), Token::Integer(b)) = (&left.token, &right.token)
+            && *b != 0
             && a % b != 0
         {
             let span = left.span.to(right.span);
@@ -74,29 +67,6 @@ fn divisions(tokens: &[Lexeme], options: &LanguageOptions, sink: &mut Sink) {
             let problem = Diagnostic::new("W0612", span, message);
             let problem = problem.help(format!("write {a}.0/{b} to keep the fraction"));
             sink.push(problem.fix(Edit::replace(left.span, format!("{a}.0"))));
-        }
-    }
-}
-
-/// W0614: SPEED is 1 to 100 percent, ACCEL and DECEL are 1 to 100000 (ste85409 L72).
-fn percentages(tokens: &[Lexeme], sink: &mut Sink) {
-    for window in tokens.windows(3) {
-        let [name, equals, value] = window else { continue };
-        let condition = name.word();
-        let most = match condition {
-            "SPEED" => FULL,
-            "ACCEL" | "DECEL" => MAX_ACCEL,
-            _ => continue,
-        };
-        let percent = match value.token {
-            Token::Integer(percent) => percent as f64,
-            Token::Real(percent) => f64::from(percent),
-            Token::Word(_) | Token::Text(_) | Token::Sign(_) => continue,
-        };
-        if equals.is(Sign::Assign) && !(1.0..=most).contains(&percent) {
-            let message = format!("{condition} takes 1 to {most} percent");
-            let problem = Diagnostic::new("W0614", value.span, message);
-            sink.push(problem.help("the machine maximum is 100"));
         }
     }
 }

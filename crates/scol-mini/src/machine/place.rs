@@ -65,8 +65,7 @@ impl Execution<'_> {
         let index = info.and_then(|info| info.index(subscripts));
         index.map(|index| base + index).ok_or_else(|| {
             let name = info.map_or("", |info| &info.name);
-            let list: Vec<String> = subscripts.iter().map(ToString::to_string).collect();
-            FaultKind::Subscript.error(format!("{name}({}) is outside the array", list.join(",")))
+            outside_array(name, subscripts)
         })
     }
 
@@ -139,6 +138,12 @@ impl Argument {
     fn from_value(value: Value) -> Self {
         value.number().map_or(Argument::Vector(value), Argument::Number)
     }
+}
+
+/// The fault of an element that an array does not have.
+pub(crate) fn outside_array(name: &str, subscripts: &[i32]) -> Box<Fault> {
+    let list: Vec<String> = subscripts.iter().map(ToString::to_string).collect();
+    FaultKind::Subscript.error(format!("{name}({}) is outside the array", list.join(",")))
 }
 
 /// The fault of a variable without a value.

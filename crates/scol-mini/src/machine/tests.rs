@@ -2,6 +2,8 @@
 
 use super::*;
 use crate::request::{Channel, Path};
+use crate::tree::Expression;
+use crate::value::Value;
 use crate::{LanguageOptions, compile, compile_direct};
 use std::string::ToString;
 use std::vec;
