@@ -1,11 +1,11 @@
 //! `/check`: the errors and warnings of `ts3100 check` for a program, for an editor in a page.
 //!
-//! The compiler and the lints are [`scol_mini`]'s; the arm, the options of the language and the taught points are those of
-//! the robot. Nothing is stored.
+//! The compiler and the lints are [`scol_mini`]'s; the arm, the options and the taught points are those of the robot, whose
+//! `Config::check` it is. Nothing is stored.
 
 use super::files::missing;
 use super::resource::{Answer, Deserialize, Handle, Json, Problem, Serialize, View, call};
-use scol_mini::{Diagnostic, DiagnosticKind, check_with_points};
+use scol_mini::{Diagnostic, DiagnosticKind};
 use tokio::task::spawn_blocking;
 use ts3100_book::explain_path;
 
@@ -111,13 +111,13 @@ call! {
 }
 pub async fn check(handle: Handle, Json(body): Json<CheckRequest>) -> Answer<Vec<ProgramDiagnostic>> {
     let look = move |view: &View<'_>| {
-        let config = view.controller.config();
-        source(body, view).map(|text| (text, config.language(), config.points.clone()))
+        let config = view.controller.config().clone();
+        source(body, view).map(|text| (text, config))
     };
-    let (text, options, points) = handle.query(look).await??;
+    let (text, config) = handle.query(look).await??;
     // The largest program takes about 30 ms, in which the hosts are not to wait.
     let found = spawn_blocking(move || {
-        let found = check_with_points(&text, &options, &points).diagnostics;
+        let found = config.check(&text).diagnostics;
         let found = found.into_iter();
         found
             .map(|diagnostic| ProgramDiagnostic::new(diagnostic, &text))

@@ -42,14 +42,19 @@ impl Robot for Checked<'_> {
     }
 
     fn refusal(&self, request: &Request) -> Option<String> {
-        match request {
-            Request::Outputs(switches) => switches.iter().find_map(|(line, _)| self.no_output(*line)),
-            Request::Pulse { line, .. } => self.no_output(*line),
-            Request::Move(motion) => self.arm.reaches(motion).err().map(|error| match error {
-                MotionError::Unreachable(reason) => reason.to_string(),
-                other => other.to_string(),
-            }),
-            _ => None,
+        if let Request::Outputs(switches) = request {
+            switches.iter().find_map(|(line, _)| self.no_output(*line))
+        } else if let Request::Pulse { line, .. } = request {
+            self.no_output(*line)
+        } else if let Request::Move(motion) = request {
+            let error = self.arm.reaches(motion).err()?;
+            Some(if let MotionError::Unreachable(reason) = error {
+                reason.to_string()
+            } else {
+                error.to_string()
+            })
+        } else {
+            None
         }
     }
 }

@@ -1,11 +1,7 @@
 //! Tests of the check against the programs of the repository: those written to be warned about, and all others, which are
 //! not.
 
-#![expect(
-    clippy::disallowed_methods,
-    clippy::unwrap_used,
-    reason = "tests read and bless fixtures"
-)]
+#![expect(clippy::disallowed_methods, reason = "tests read and bless fixtures")]
 
 use crate::model::ArmModel;
 use crate::options::{Config, Dialect, FieldBus, UnknownInput};

@@ -1,6 +1,7 @@
 //! `ts3100 check`: prints the diagnostics of SCOL files, as text, JSON or SARIF.
 //!
-//! The compiler in `scol-mini` finds and words the diagnostics. Here files are read and the exit code is chosen.
+//! `Config::check` of the controller and the compiler in `scol-mini` find and word the diagnostics. Here files are read and
+//! the exit code is chosen.
 //! The JSON and SARIF documents are built in [`report`].
 
 mod report;
@@ -13,11 +14,12 @@ use crate::config::model::ModelChoice;
 use crate::config::read_points;
 use crate::log::print_error;
 use clap::{Args, ValueEnum};
-use scol_mini::{Diagnostic, DiagnosticKind, LanguageOptions, Severity, TaughtPoint};
+use scol_mini::{Diagnostic, DiagnosticKind, Severity};
 use std::collections::BTreeSet;
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 use ts3100_control::printable::printable;
+use ts3100_controller::{Config, Dialect};
 
 /// Check SCOL files for errors and likely mistakes.
 ///
@@ -27,7 +29,7 @@ pub(super) struct CheckArgs {
     /// SCOL files; - is stdin
     #[arg(required = true, value_name = "FILE")]
     files: Vec<PathBuf>,
-    /// Arm, by name or .toml file: it decides how many values a position has
+    /// Arm, by name or .toml file: it decides how many values a position has and which places it reaches
     #[arg(long, value_name = "MODEL", default_value = "ts3100-tv800")]
     model: ModelChoice,
     /// Points taught on the controller: a CSV file of NAME,X,Y,Z,C,T,CONFIG (six axes: NAME,X,Y,Z,A,B,C,U,V,CONFIG)
@@ -57,12 +59,14 @@ enum CheckFormat {
 
 /// Checks every file; the worst exit code.
 pub(super) fn run(args: &CheckArgs) -> anyhow::Result<u8> {
-    let arm = args.model.read()?.language();
+    let model = args.model.read()?;
+    let arm = model.language();
     let points = args.points.as_deref().map(|path| read_points(path, arm));
     let points = points.transpose()?.unwrap_or_default();
-    let options = LanguageOptions {
-        arm,
-        ..LanguageOptions::default()
+    let config = Config {
+        model,
+        points,
+        ..Config::new(Dialect::default())
     };
     let (mut stdout, paints) = color::stream(io::stdout().lock());
     let mut explained = BTreeSet::new();
@@ -70,7 +74,7 @@ pub(super) fn run(args: &CheckArgs) -> anyhow::Result<u8> {
     let mut files = Vec::new();
     let format = if args.json { CheckFormat::Json } else { args.format };
     for path in &args.files {
-        let file = CheckedFile::check(path, &options, &points);
+        let file = CheckedFile::check(path, &config);
         worst = worst.max(exit_code(&file, args.deny_warnings));
         if let Err(error) = &file.result {
             print_error(format_args!("cannot read {}: {error}", file.name));
@@ -151,9 +155,9 @@ pub(super) struct CheckedFile {
 
 impl CheckedFile {
     /// Reads a file and checks it.
-    pub(super) fn check(path: &Path, options: &LanguageOptions, points: &[TaughtPoint]) -> CheckedFile {
+    pub(super) fn check(path: &Path, config: &Config) -> CheckedFile {
         let result = input::read_program(path).map(|source| {
-            let remarks = scol_mini::check_with_points(&source, options, points).diagnostics;
+            let remarks = config.check(&source).diagnostics;
             (source, remarks)
         });
         let name = match is_stdin(path) {

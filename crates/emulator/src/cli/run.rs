@@ -105,7 +105,7 @@ pub(super) fn run(args: &RunArgs) -> anyhow::Result<u8> {
         .map_err(|error| anyhow!("{}", reason(&error)))?;
     served.args.files.points.clone_from(&args.points);
     let config = Settings::from_args(&served.args)?.controller;
-    let checked = CheckedFile::check(&args.file, &config.language(), &config.points);
+    let checked = CheckedFile::check(&args.file, &config);
     let (source, remarks) = checked
         .result
         .with_context(|| format!("cannot read {}", checked.name))?;

@@ -209,9 +209,11 @@ impl Linter<'_> {
 
     /// An element of an array whose subscripts are constants.
     fn element(&mut self, variable: &Variable) {
-        let numbers = variable.subscripts.iter().map(|subscript| match &subscript.node {
-            Node::Literal(Number::Integer(number)) => Some(*number),
-            _ => None,
+        let numbers = variable.subscripts.iter().map(|subscript| {
+            let Node::Literal(Number::Integer(number)) = subscript.node else {
+                return None;
+            };
+            Some(number)
         });
         let numbers: Option<Vec<i32>> = numbers.collect();
         let slot = self.arrays.get(&variable.name.text);
@@ -237,18 +239,14 @@ impl Linter<'_> {
             Node::Literal(_) | Node::System(_) => return false,
             Node::Variable(variable) => {
                 self.element(variable);
-                let subscripts = variable.subscripts.iter();
-                return subscripts.fold(false, |found, part| self.expression(part) || found);
+                return self.parts(&variable.subscripts);
             }
             Node::Component(of, _) | Node::Unary(_, of) => self.expression(of),
             Node::Binary(_, left, right) => {
                 let left = self.expression(left);
                 self.expression(right) || left
             }
-            Node::Function(_, arguments) => {
-                let arguments = arguments.iter();
-                arguments.fold(false, |found, part| self.expression(part) || found)
-            }
+            Node::Function(_, arguments) => self.parts(arguments),
         };
         if parts {
             return true;
@@ -264,6 +262,15 @@ impl Linter<'_> {
         };
         self.report(code, expression.span, &fault.message);
         true
+    }
+
+    /// The same of several expressions, all of which are looked at.
+    fn parts(&mut self, parts: &[Expression]) -> bool {
+        let mut found = false;
+        for part in parts {
+            found |= self.expression(part);
+        }
+        found
     }
 
     /// Tries a statement with its constants.
@@ -283,7 +290,7 @@ impl Linter<'_> {
                 .enumerate()
                 .filter(|(_, operand)| operand.constant)
         };
-        let mut at_fault = constants().last();
+        let mut at_fault = constants().next_back();
         for (number, operand) in constants() {
             let mut single = statement.clone();
             let others = replaced(&mut single, |other, _| other == number);
@@ -309,10 +316,12 @@ impl Linter<'_> {
 
     /// Why the machine, or the robot, refuses a statement.
     fn refusal(&self, statement: Statement, operands: &[Operand]) -> Option<String> {
-        let operation = match statement {
-            Statement::Simple(simple) => Operation::Simple(simple),
-            Statement::For(counting) => Operation::For { counting, exit: 1 },
-            _ => return None,
+        let operation = if let Statement::Simple(simple) = statement {
+            Operation::Simple(simple)
+        } else if let Statement::For(counting) = statement {
+            Operation::For { counting, exit: 1 }
+        } else {
+            return None;
         };
         match try_operation(operation, self.options, &self.inputs()) {
             Err(fault) => Some(fault.message),
@@ -355,13 +364,15 @@ impl Linter<'_> {
     }
 
     fn place(&mut self, end: &Expression, motion: &Motion, line: u32) {
-        let named = match &end.node {
-            Node::Variable(variable) if variable.subscripts.is_empty() => {
-                let name = &variable.name.text;
-                self.fixed.get(name).map(|fixed| (fixed, name.clone()))
-            }
-            _ => None,
+        let variable = if let Node::Variable(variable) = &end.node {
+            Some(variable).filter(|variable| variable.subscripts.is_empty())
+        } else {
+            None
         };
+        let named = variable.and_then(|variable| {
+            let name = &variable.name.text;
+            self.fixed.get(name).map(|fixed| (fixed, name.clone()))
+        });
         let (position, name, datum) = match named {
             Some((_, name)) if self.reported.contains(&name) => return,
             Some((fixed, name)) => (fixed.position.clone(), Some(name), fixed.datum),
@@ -425,7 +436,12 @@ fn function_role(expression: &Expression) -> Option<Role> {
             }
             _ => Role::Line,
         },
-        _ => Role::Setting,
+        Builtin::Max
+        | Builtin::Min
+        | Builtin::Point
+        | Builtin::Trans
+        | Builtin::Payload
+        | Builtin::Numeric(_) => Role::Setting,
     })
 }
 
@@ -457,26 +473,34 @@ fn probe(expression: &Expression) -> Option<Expression> {
         Node::Binary(operator @ (Binary::Divide | Binary::Modulo), left, right) if right.is_constant() => {
             Node::Binary(*operator, Box::new(number(1, left)), right.clone())
         }
-        Node::Function(builtin @ Builtin::Numeric(Numeric::Mod), arguments) => {
-            let [left, right] = arguments.as_slice() else {
-                return None;
-            };
-            let right = Some(right).filter(|right| right.is_constant())?;
-            Node::Function(*builtin, Vec::from([number(1, left), right.clone()]))
-        }
-        Node::Function(
-            builtin @ (Builtin::Din | Builtin::Dout | Builtin::Bcdin | Builtin::Gain | Builtin::Torque),
-            arguments,
-        ) => {
-            let arguments = arguments.iter().map(|argument| match argument.is_constant() {
-                true => argument.clone(),
-                false => number(1, argument),
-            });
-            Node::Function(*builtin, arguments.collect())
-        }
-        _ => return None,
+        Node::Function(builtin, arguments) => Node::Function(*builtin, probed(*builtin, arguments)?),
+        Node::Literal(_)
+        | Node::Variable(_)
+        | Node::Component(..)
+        | Node::Unary(..)
+        | Node::Binary(..)
+        | Node::System(_) => return None,
     };
     Some(Expression::new(node, expression.span))
+}
+
+/// The arguments of a function that is tried, if those that are constants decide.
+fn probed(builtin: Builtin, arguments: &[Expression]) -> Option<Vec<Expression>> {
+    let decides = match builtin {
+        Builtin::Din | Builtin::Dout | Builtin::Bcdin | Builtin::Gain | Builtin::Torque => true,
+        Builtin::Numeric(Numeric::Mod) => arguments.get(1).is_some_and(Expression::is_constant),
+        Builtin::Max
+        | Builtin::Min
+        | Builtin::Point
+        | Builtin::Trans
+        | Builtin::Payload
+        | Builtin::Numeric(_) => false,
+    };
+    let probed = arguments.iter().map(|argument| match argument.is_constant() {
+        true => argument.clone(),
+        false => Expression::integer(1, argument.span),
+    });
+    decides.then(|| probed.collect())
 }
 
 /// The roles of the operands of a statement, in their order.
@@ -490,15 +514,20 @@ fn roles(statement: &Statement) -> Vec<Role> {
         | Condition::Tool
         | Condition::Base => Role::Setting,
     };
-    match statement {
-        Statement::For(_) => Vec::from([Role::Place, Role::Place, Role::Step]),
-        Statement::Simple(Simple::Change(change)) => match change {
+    if let Statement::For(_) = statement {
+        return Vec::from([Role::Place, Role::Place, Role::Step]);
+    }
+    let Statement::Simple(simple) = statement else {
+        return Vec::new();
+    };
+    match simple {
+        Simple::Change(change) => match change {
             Change::Set(condition, _) => Vec::from([of(condition)]),
             Change::PerAxis(_, values) => alloc::vec![Role::Percent; values.len()],
             Change::SetGain(_) => Vec::from([Role::Axis, Role::Percent]),
             Change::FreeLoad | Change::Pass(_) | Change::Nowait(_) => Vec::new(),
         },
-        Statement::Simple(Simple::Ask(ask)) => match ask {
+        Simple::Ask(ask) => match ask {
             Ask::Move { motion, with } => {
                 let mut roles = match motion {
                     MotionKind::Ptp(_) | MotionKind::Line(_) => Vec::from([Role::Place]),
@@ -520,7 +549,7 @@ fn roles(statement: &Statement) -> Vec<Role> {
             | Ask::Restore(_)
             | Ask::Fixed(_) => Vec::new(),
         },
-        _ => Vec::new(),
+        Simple::Assign(_) | Simple::Monitors(_) | Simple::Ignore => Vec::new(),
     }
 }
 
@@ -570,6 +599,14 @@ fn harmless(takes: Takes, digits: bool, span: Span) -> Expression {
 /// The request as the robot is asked about it: without what only harmless values decide.
 fn asked(request: Request, operands: &[Operand]) -> Option<Request> {
     let is_constant = |number: usize| operands.get(number).is_some_and(|operand| operand.constant);
+    if let (Request::Outputs(lines), Some(digits)) = (&request, operands.get(1))
+        && digits.role == Role::Digits
+        && !digits.constant
+    {
+        // One digit at least.
+        let lines = lines.iter().take(4).copied().collect();
+        return Some(Request::Outputs(lines));
+    }
     let Request::Move(motion) = request else {
         return Some(request);
     };
@@ -581,7 +618,13 @@ fn asked(request: Request, operands: &[Operand]) -> Option<Request> {
             Path::AxisBy { axis, delta }
         }
         // Positions are looked at one by one.
-        _ => return None,
+        Path::Axis { .. }
+        | Path::AxisBy { .. }
+        | Path::Ptp(_)
+        | Path::Line(_)
+        | Path::Arc { .. }
+        | Path::Arch { .. }
+        | Path::Ready => return None,
     };
     Some(Request::Move(Box::new(Motion { path, ..*motion })))
 }

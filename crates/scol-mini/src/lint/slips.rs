@@ -36,7 +36,15 @@ pub(super) fn lint(file: &mut File, source: &str, options: &LanguageOptions, sin
             Statement::Select(selector, labels) if labels.len() == 1 => slips.single_label(selector),
             Statement::Simple(Simple::Ask(Ask::Delay(seconds))) => slips.delay(seconds),
             Statement::Simple(Simple::Ask(print @ Ask::Print { .. })) => slips.print(print, span),
-            _ => {}
+            Statement::Simple(_)
+            | Statement::If { .. }
+            | Statement::For(_)
+            | Statement::Next(_)
+            | Statement::Goto(_)
+            | Statement::Select(..)
+            | Statement::Call(..)
+            | Statement::Return
+            | Statement::On { .. } => {}
         });
     }
 }
@@ -160,9 +168,10 @@ impl Slips<'_> {
 
 /// Whether a value is always 0 or 1.
 fn is_truth(expression: &Expression) -> bool {
-    match &expression.node {
-        Node::Function(Builtin::Din | Builtin::Dout, _) | Node::Unary(Unary::Not, _) => true,
-        Node::Binary(Binary::And | Binary::Or | Binary::Relation(_), ..) => true,
-        _ => false,
-    }
+    matches!(
+        expression.node,
+        Node::Function(Builtin::Din | Builtin::Dout, _)
+            | Node::Unary(Unary::Not, _)
+            | Node::Binary(Binary::And | Binary::Or | Binary::Relation(_), ..)
+    )
 }
