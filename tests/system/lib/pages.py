@@ -244,7 +244,7 @@ def prepare(directory, binary):
     """Makes a folder look like a clone in which the program is built, with the files that pages name. Clients are copied, since
     their tools write beside the sources."""
     for entry in os.scandir(ROOT):
-        if entry.is_file() or entry.name == "packaging":
+        if entry.is_file() or entry.name in ("packaging", "editors"):
             os.symlink(entry.path, os.path.join(directory, entry.name))
     shutil.copytree(os.path.join(ROOT, "clients"), os.path.join(directory, "clients"), ignore=shutil.ignore_patterns("node_modules", "target"))
     for name in BUILT:
