@@ -99,9 +99,39 @@ ROBOT = b"""origin: observed, ts3100 tap 0.1.0 in front of 192.168.0.124
 """
 
 
+def sessions():
+    """Sessions of editors with the language server: those that were recorded, and one that asks for everything, each in a few orders."""
+    for path in sorted((ROOT / "fixtures/sessions").glob("*.jsonl")):
+        for choice in (0, 7):
+            yield f"{path.stem}-{choice}", bytes([choice]) + path.read_bytes()
+    program = "GLOBAL\nN=0\nEND\nPROGRAM M\nL: MOVE UP\nS(P, 2)\nMOVEL P\nIF DIN(3) THEN GOTO L\nEND\nPROGRAM S(A, B)\nEND\nDATA\nPOINT P=1,2,3/\nEND\n"
+    uri = {"uri": "file:///c/m.scol"}
+    whole = {"start": {"line": 0, "character": 0}, "end": {"line": 99, "character": 0}}
+    messages = [("initialize", {"capabilities": {}, "rootUri": "file:///c"}), ("initialized", {}),
+                ("textDocument/didOpen", {"textDocument": dict(uri, version=1, text=program)})]
+    for name in ("hover", "completion", "signatureHelp", "definition", "references", "documentHighlight", "prepareRename", "rename"):
+        for line, column in ((4, 9), (5, 2), (7, 8)):
+            messages.append(("textDocument/" + name, {"textDocument": uri, "position": {"line": line, "character": column}, "newName": "Q",
+                                                      "context": {"includeDeclaration": True}}))
+    for name in ("documentSymbol", "formatting", "foldingRange", "semanticTokens/full", "inlayHint", "codeAction"):
+        messages.append(("textDocument/" + name, {"textDocument": uri, "range": whole}))
+    messages += [("workspace/symbol", {"query": "m"}),
+                 ("textDocument/didChange", {"textDocument": dict(uri, version=2), "contentChanges": [{"range": whole, "text": "PROGRAM \u00e9\n"}]}),
+                 ("textDocument/didSave", {"textDocument": uri}), ("textDocument/didClose", {"textDocument": uri})]
+    silent = ("initialized", "textDocument/did")
+    lines = []
+    for number, (method, params) in enumerate(messages):
+        message = {"jsonrpc": "2.0", "id": number, "method": method, "params": params}
+        if method.startswith(silent):
+            del message["id"]
+        lines.append(json.dumps(message, separators=(",", ":")))
+    for choice in (0, 1, 6, 0x38):
+        yield f"everything-{choice}", bytes([choice]) + "\n".join(lines).encode()
+
+
 def main(folder):
     folder = pathlib.Path(folder)
-    for name in ["front", "run", "cell", "protocol", "parameters", "snapshot", "rfc2217", "control", "recording", "survey", "trace", "canary"]:
+    for name in ["front", "run", "cell", "protocol", "parameters", "snapshot", "rfc2217", "control", "recording", "survey", "trace", "lsp", "canary"]:
         (folder / name).mkdir(parents=True, exist_ok=True)
     for path in sorted((ROOT / "fixtures/scol").glob("*/*.scol")):
         name, source = f"{path.parent.name}-{path.stem}", path.read_text()
@@ -126,6 +156,8 @@ def main(folder):
         (folder / "rfc2217" / name).write_bytes(said)
     for name, call in calls():
         (folder / "control" / name).write_bytes(call)
+    for name, messages in sessions():
+        (folder / "lsp" / name).write_bytes(messages)
     for name, file in surveys():
         (folder / "survey" / name).write_bytes(file)
     for path in sorted((ROOT / "fuzz/parameters").glob("*.par")):

@@ -8,6 +8,7 @@ pub mod canary;
 pub mod cell;
 pub mod control;
 pub mod front;
+pub mod lsp;
 pub mod parameters;
 pub mod protocol;
 pub mod recording;

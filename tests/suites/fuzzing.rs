@@ -24,10 +24,11 @@ const MAX_INPUTS: usize = 120;
 type Target = fn(&[u8]);
 
 /// Every target but `canary`, whose defect is planted.
-const TARGETS: [(&str, Target); 11] = [
+const TARGETS: [(&str, Target); 12] = [
     ("cell", targets::cell::check),
     ("control", targets::control::check),
     ("front", targets::front::check),
+    ("lsp", targets::lsp::check),
     ("parameters", targets::parameters::check),
     ("protocol", targets::protocol::check),
     ("recording", targets::recording::check),
@@ -72,6 +73,7 @@ replays! {
     the_corpus_of_cell_holds: "cell";
     the_corpus_of_control_holds: "control";
     the_corpus_of_front_holds: "front";
+    the_corpus_of_lsp_holds: "lsp";
     the_corpus_of_parameters_holds: "parameters";
     the_corpus_of_protocol_holds: "protocol";
     the_corpus_of_recording_holds: "recording";
