@@ -8,6 +8,10 @@ const LANGUAGE: &str = "reference/scol/";
 /// Page with a list of all words, which says least.
 const WORDS: &str = "reference/scol/limits";
 const ALARMS: &str = "reference/alarms";
+/// Rank of rows that mention a word.
+const MENTION: u8 = 2;
+/// Most rows about a word.
+const MAX_ROWS: usize = 3;
 /// Most characters of an explanation; the rest is in the documentation.
 const MAX_EXPLANATION: usize = 4_000;
 
@@ -15,13 +19,22 @@ impl Book {
     /// The rows and sections about a word of the language, in upper case, as Markdown without links.
     pub fn language_word(&self, word: &str) -> Option<String> {
         let passages = self.explain(word);
-        let (list, about): (Vec<_>, Vec<_>) = passages
+        let language = passages
             .iter()
-            .filter(|passage| passage.page.path.starts_with(LANGUAGE))
-            .partition(|passage| passage.page.path == WORDS);
-        let shown = if about.is_empty() { list } else { about };
-        let texts: Vec<String> = shown.into_iter().map(paragraph).collect();
-        (!texts.is_empty()).then(|| shortened(texts.join("\n\n---\n\n").trim(), MAX_EXPLANATION).into_owned())
+            .filter(|passage| passage.page.path.starts_with(LANGUAGE));
+        let mut rated: Vec<(u8, &Passage<'_>)> =
+            language.map(|passage| (rank(passage, word), passage)).collect();
+        rated.sort_by_key(|(rank, _)| *rank);
+        let best = rated.first()?.0;
+        // A row that only leads to another, or mentions the word, says nothing beside one about it.
+        let shown = rated
+            .iter()
+            .take_while(|(rank, _)| *rank < MENTION || *rank == best);
+        let texts: Vec<String> = shown
+            .take(MAX_ROWS)
+            .map(|(_, passage)| paragraph(passage))
+            .collect();
+        Some(shortened(texts.join("\n\n---\n\n").trim(), MAX_EXPLANATION).into_owned())
     }
 
     /// The forms of a function or a statement with operands, each with its effect: `BCDIN(first, digits)`.
@@ -53,6 +66,28 @@ impl Book {
         let passages = self.explain(number);
         let found = passages.iter().find(|passage| passage.page.path == ALARMS)?;
         Some(shortened(found.without_links().trim(), MAX_EXPLANATION).into_owned())
+    }
+}
+
+/// Order of passages about a word: a section or a row about it, one that has it in its first cell, one that leads elsewhere or
+/// is a rule, the list of words.
+fn rank(passage: &Passage<'_>, word: &str) -> u8 {
+    let cells = passage.cells();
+    let Some((heading, subject)) = cells.first() else {
+        return 0;
+    };
+    let effect = cells.get(1).map_or("", |(_, cell)| cell.as_str());
+    let begins = subject.split('`').skip(1).step_by(2).any(|form| {
+        let rest = form.strip_prefix(word);
+        rest.is_some_and(|rest| {
+            !rest.starts_with(|letter: char| letter.is_ascii_alphanumeric() || letter == '_')
+        })
+    });
+    match begins {
+        _ if passage.page.path == WORDS => MENTION + 1,
+        _ if heading == "Rule" || effect.starts_with("see ") || effect.contains(", see ") => MENTION,
+        true => 0,
+        false => 1,
     }
 }
 

@@ -532,7 +532,7 @@ mod tests {
         assert_eq!(kind("REMARK rest"), MarkKind::Comment);
         assert_eq!(kind("X"), MarkKind::Property);
         assert_eq!(kind("\"a b\""), MarkKind::Text);
-        assert_eq!(kind("PRINT"), MarkKind::Word);
+        assert_eq!(kind("PRINT"), MarkKind::Word(crate::WordKind::Statement));
         assert!(matches!(kind("N"), MarkKind::Name(_)));
         let covered = |byte: usize| {
             index

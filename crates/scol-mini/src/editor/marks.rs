@@ -2,11 +2,13 @@
 
 use crate::prelude::*;
 
-use super::index::Index;
+use super::index::{BlockKind, Index};
+use crate::MAX_LINE;
+use crate::builtin::{WordKind, word_kind};
 use crate::lexer::{self, Lexeme, Sign, Token};
 use crate::lines::{Span, lines};
 use crate::options::Arm;
-use crate::{MAX_LINE, builtin};
+use crate::outline::{sign, word};
 
 /// Kind of a token.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -18,11 +20,13 @@ pub enum MarkKind {
     Number,
     /// An operator, a parenthesis, a comma.
     Sign,
-    /// A word of the language.
-    Word,
+    /// A word of the language, as it is used here: `ON` begins a monitor or is a constant.
+    Word(WordKind),
+    /// The kind of a line of DATA or of an array: `POINT`, and `INTEGER` after AS.
+    Type,
     /// A name, by the position of its [`Symbol`](super::Symbol).
     Name(usize),
-    /// The letter of a coordinate, after a point, or the type after AS.
+    /// The letter of a coordinate, after a point.
     Property,
 }
 
@@ -40,13 +44,19 @@ pub(super) fn marks(source: &str, arm: Arm, index: &Index) -> Vec<Mark> {
         let Ok(tokens) = lexer::tokens(source, line.span, MAX_LINE) else {
             continue;
         };
-        for lexeme in &tokens {
+        let in_data = index
+            .block_of(line.number)
+            .is_some_and(|block| block.kind == BlockKind::Data);
+        for (at, lexeme) in tokens.iter().enumerate() {
             while uses
                 .next_if(|found| found.span.start < lexeme.span.start)
                 .is_some()
             {}
             let named = uses.peek().filter(|found| found.span == lexeme.span);
-            let kind = named.map_or_else(|| kind(lexeme, arm), |found| MarkKind::Name(found.symbol));
+            let kind = named.map_or_else(
+                || kind(&tokens, at, in_data, arm),
+                |found| MarkKind::Name(found.symbol),
+            );
             let span = lexeme.span;
             marks.push(Mark { span, kind });
         }
@@ -55,14 +65,40 @@ pub(super) fn marks(source: &str, arm: Arm, index: &Index) -> Vec<Mark> {
     marks
 }
 
-fn kind(lexeme: &Lexeme, arm: Arm) -> MarkKind {
-    match &lexeme.token {
-        Token::Word(word) if builtin::is_reserved(word, arm) => MarkKind::Word,
-        Token::Word(_) => MarkKind::Property,
-        Token::Integer(_) | Token::Real(_) => MarkKind::Number,
-        Token::Text(_) => MarkKind::Text,
-        Token::Sign(Sign::Dot) => MarkKind::Sign,
-        Token::Sign(_) => MarkKind::Sign,
+fn kind(tokens: &[Lexeme], at: usize, in_data: bool, arm: Arm) -> MarkKind {
+    let before = at.checked_sub(1).and_then(|at| tokens.get(at));
+    match tokens.get(at).map(|lexeme| &lexeme.token) {
+        Some(Token::Word(_)) if word(before) == "AS" => MarkKind::Type,
+        Some(Token::Word(_)) if sign(before) == Some(Sign::Dot) => MarkKind::Property,
+        Some(Token::Word(_)) if in_data && at == 0 && tokens.len() > 1 => MarkKind::Type,
+        Some(Token::Word(text)) => word_kind(text, arm).map_or(MarkKind::Property, |kind| {
+            let begins = before
+                .is_none_or(|before| before.is(Sign::Colon) || matches!(before.word(), "THEN" | "ELSE"));
+            MarkKind::Word(match text.as_str() {
+                "ON" if begins => WordKind::Flow,
+                // As a function it has its operands in parentheses, and nothing to its left.
+                "MOD" if ends_value(before) => WordKind::Operator,
+                _ => kind,
+            })
+        }),
+        Some(Token::Integer(_) | Token::Real(_)) => MarkKind::Number,
+        Some(Token::Text(_)) => MarkKind::Text,
+        Some(Token::Sign(_)) | None => MarkKind::Sign,
+    }
+}
+
+/// Whether a value can end with a token.
+fn ends_value(token: Option<&Lexeme>) -> bool {
+    match token.map(|lexeme| &lexeme.token) {
+        Some(Token::Integer(_) | Token::Real(_)) => true,
+        Some(Token::Sign(sign)) => matches!(sign, Sign::Close | Sign::CloseBrace),
+        Some(Token::Word(text)) => word_kind(text, Arm::SixAxis).is_none_or(|kind| {
+            matches!(
+                kind,
+                WordKind::Variable | WordKind::Condition | WordKind::Constant
+            )
+        }),
+        Some(Token::Text(_)) | None => false,
     }
 }
 

@@ -153,7 +153,10 @@ impl List<'_> {
                 self.positions();
                 self.exact(&["POINT", "HERE", "DEST"]);
             }
-            Expected::Condition => self.words(&[Condition]),
+            Expected::Condition => {
+                self.words(&[Condition]);
+                self.exact(&["PAYLOAD"]);
+            }
             Expected::Label => self.names(&[Label]),
             Expected::Program => self.names(&[Program]),
             Expected::Channel => {
@@ -215,7 +218,7 @@ impl List<'_> {
         }
     }
 
-    /// Names that can be used here, but the one that is just typed.
+    /// Names that can be used here, but the one that is just typed, and misspelt statements, which look like calls.
     fn symbols(&self) -> Vec<&Symbol> {
         let index = self.document.index();
         let word = self.context.word;
@@ -226,8 +229,11 @@ impl List<'_> {
             .map(|found| found.symbol);
         let visible = |symbol: &Symbol| symbol.scope.is_none() || symbol.scope == self.scope;
         let symbols = index.symbols().iter().enumerate();
-        let symbols = symbols
-            .filter(|(at, symbol)| visible(symbol) && (Some(*at) != typed || index.places(*at).count() > 1));
+        let symbols = symbols.filter(|(at, symbol)| {
+            let is_call = symbol.kind == SymbolKind::Program && symbol.declared.is_none();
+            let is_other = Some(*at) != typed || index.places(*at).count() > 1;
+            visible(symbol) && is_other && !is_call
+        });
         symbols.map(|(_, symbol)| symbol).collect()
     }
 

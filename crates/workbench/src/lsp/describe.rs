@@ -32,17 +32,13 @@ pub(super) fn hover(document: &Document, byte: usize) -> Value {
 
 fn described(document: &Document, mark: &Mark) -> Option<String> {
     match mark.kind {
-        MarkKind::Word => book().language_word(&document.text_of(mark.span).to_ascii_uppercase()),
-        MarkKind::Name(symbol) => document
-            .index()
-            .symbols()
-            .get(symbol)
-            .map(|symbol| name(document, symbol)),
+        MarkKind::Word(_) | MarkKind::Type => {
+            book().language_word(&document.text_of(mark.span).to_ascii_uppercase())
+        }
+        MarkKind::Name(symbol) => name(document, document.index().symbols().get(symbol)?),
         MarkKind::Number => line(document, mark),
         // TASK("NAME") names a program.
-        MarkKind::Text => document
-            .symbol_at(mark.span.start + 1)
-            .map(|(symbol, _)| name(document, symbol)),
+        MarkKind::Text => name(document, document.symbol_at(mark.span.start + 1)?.0),
         MarkKind::Comment | MarkKind::Sign | MarkKind::Property => None,
     }
 }
@@ -64,7 +60,11 @@ fn alarm(document: &Document, byte: usize) -> Option<(Range<usize>, String)> {
 }
 
 /// What a name is, how it is declared, and what is written about it.
-pub(super) fn name(document: &Document, symbol: &Symbol) -> String {
+pub(super) fn name(document: &Document, symbol: &Symbol) -> Option<String> {
+    // A program that is not declared is a misspelt statement.
+    if symbol.kind == SymbolKind::Program && symbol.declared.is_none() {
+        return None;
+    }
     let scope = symbol.scope.as_deref().unwrap_or_default();
     let kind = match symbol.kind {
         SymbolKind::Program => "program".to_owned(),
@@ -92,7 +92,7 @@ pub(super) fn name(document: &Document, symbol: &Symbol) -> String {
     if !comments.is_empty() {
         text += &format!("\n\n{}", comments.join("  \n"));
     }
-    text
+    Some(text)
 }
 
 fn taught<'d>(document: &'d Document, name: &str) -> Option<&'d TaughtPoint> {
@@ -159,7 +159,7 @@ pub(super) fn signature_help(document: &Document, byte: usize) -> Value {
             // `...` stands for more of the last.
             let is_open = parameters.last().is_some_and(|last| last == "...");
             let active = if is_open {
-                operand.min(parameters.len().saturating_sub(2))
+                operand.min(parameters.len() - 1)
             } else {
                 operand
             };

@@ -3,11 +3,12 @@
 use super::project::{Projects, Table};
 use super::text::Text;
 use scol_mini::editor::{Context, Index, Symbol, Use};
-use scol_mini::{Arm, Diagnostic, LanguageOptions};
+use scol_mini::{Arm, Diagnostic};
 use std::cell::OnceCell;
 use std::path::PathBuf;
 use std::rc::Rc;
 use ts3100_controller::model::ArmModel;
+use ts3100_controller::{Config, Dialect};
 use ts3100_recording::uri;
 
 /// A text with the settings it is read by. What is known of it is found out when it is asked for.
@@ -84,11 +85,12 @@ impl Document {
     /// Errors and warnings, as `ts3100 check` has them.
     pub(super) fn diagnostics(&self) -> &[Diagnostic] {
         self.diagnostics.get_or_init(|| {
-            let options = LanguageOptions {
-                arm: self.arm(),
-                ..LanguageOptions::default()
+            let config = Config {
+                model: (*self.model).clone(),
+                points: self.table.points.clone(),
+                ..Config::new(Dialect::default())
             };
-            scol_mini::check_with_points(self.source(), &options, &self.table.points).diagnostics
+            config.check(self.source()).diagnostics
         })
     }
 

@@ -1,13 +1,13 @@
 //! The form of a file: formatting, lines that fold, tokens in colours.
 
 use super::document::Document;
+use scol_mini::WordKind;
 use scol_mini::editor::{MarkKind, Role, SymbolKind};
-use scol_mini::{WordKind, word_kind};
 use serde_json::{Value, json};
 use std::collections::BTreeSet;
 
 /// Types of tokens; the names are those of the protocol, `label` too.
-const TYPES: [&str; 12] = [
+const TYPES: [&str; 13] = [
     "keyword",
     "function",
     "variable",
@@ -18,6 +18,7 @@ const TYPES: [&str; 12] = [
     "number",
     "operator",
     "comment",
+    "type",
     "enumMember",
     "struct",
 ];
@@ -118,7 +119,8 @@ fn token(document: &Document, kind: MarkKind, text: &str) -> Option<(&'static st
             return is_operator.then_some(("operator", 0));
         }
         MarkKind::Property => ("property", 0),
-        MarkKind::Word => match word_kind(&text.to_ascii_uppercase(), document.arm())? {
+        MarkKind::Type => ("type", 0),
+        MarkKind::Word(word) => match word {
             WordKind::Declaration | WordKind::Flow | WordKind::Statement | WordKind::Remark => ("keyword", 0),
             WordKind::Operator => ("operator", 0),
             WordKind::Channel => ("enumMember", LIBRARY),
@@ -127,13 +129,17 @@ fn token(document: &Document, kind: MarkKind, text: &str) -> Option<(&'static st
             WordKind::Condition => ("variable", LIBRARY),
             WordKind::Constant => ("enumMember", LIBRARY | READONLY),
         },
-        MarkKind::Name(symbol) => match document.index().symbols().get(symbol)?.kind {
-            SymbolKind::Program => ("function", 0),
-            SymbolKind::Label => ("label", 0),
-            SymbolKind::Parameter => ("parameter", 0),
-            SymbolKind::Local | SymbolKind::Global => ("variable", 0),
-            SymbolKind::Data => ("struct", 0),
-            SymbolKind::Taught => ("struct", READONLY),
-        },
+        MarkKind::Name(symbol) => {
+            let symbol = document.index().symbols().get(symbol)?;
+            match symbol.kind {
+                // One that is not declared is a misspelt statement.
+                SymbolKind::Program => return symbol.declared.map(|_| ("function", 0)),
+                SymbolKind::Label => ("label", 0),
+                SymbolKind::Parameter => ("parameter", 0),
+                SymbolKind::Local | SymbolKind::Global => ("variable", 0),
+                SymbolKind::Data => ("struct", 0),
+                SymbolKind::Taught => ("struct", READONLY),
+            }
+        }
     })
 }

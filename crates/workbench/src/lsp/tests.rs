@@ -551,7 +551,11 @@ fn what_can_follow_is_offered() {
     assert_eq!(labels(&found), ["TOTAL", "P1", "UP", "POINT", "HERE", "DEST"]);
     assert_eq!(found[1]["detail"], "400,0,200");
     let found = offered("MOVE P1 WITH |", none());
-    assert!(labels(&found).contains(&"SPEED") && !labels(&found).contains(&"P1"));
+    assert!(
+        labels(&found).contains(&"SPEED")
+            && labels(&found).contains(&"PAYLOAD")
+            && !labels(&found).contains(&"P1")
+    );
     let found = offered("|", none());
     for word in ["SUB", "TOTAL", "MOVE", "IF", "FOR", "DOUT", "SPEED"] {
         assert!(labels(&found).contains(&word), "{word}");
@@ -603,7 +607,7 @@ fn the_operands_of_a_call_are_shown() {
         ("PLACE(P1,| BCD", "PLACE(WHERE, N)", 1),
         ("BCDIN(|9", "BCDIN(first, digits)", 0),
         ("BCDIN(9, |MAX", "BCDIN(first, digits)", 1),
-        ("MAX(1, 2, |3", "MAX(a, b, ...)", 1),
+        ("MAX(1, 2, |3", "MAX(a, b, ...)", 2),
     ] {
         let found = editor.ask_at(
             "textDocument/signatureHelp",
@@ -710,15 +714,14 @@ fn points_have_their_values_beside_them() {
     assert_eq!(hints, [(8, "(300,100,50)"), (9, "(400,0,200)")]);
 }
 
-#[test]
-fn tokens_are_told_apart_by_what_they_are() {
-    let mut editor = cell();
+/// The tokens of an open file: text, type, modifiers.
+fn tokens<'t>(editor: &mut Editor, name: &str, text: &'t str) -> Vec<(&'t str, String, usize)> {
     let found = editor.ask(
         "textDocument/semanticTokens/full",
-        json!({ "textDocument": { "uri": address("pick.scol") } }),
+        json!({ "textDocument": { "uri": address(name) } }),
     );
     let legend = layout::legend();
-    let lines: Vec<&str> = PICK.lines().collect();
+    let lines: Vec<&str> = text.lines().collect();
     let (mut line, mut column, mut tokens) = (0, 0, Vec::new());
     for token in found["data"].as_array().unwrap().chunks(5) {
         let [down, right, length, kind, modifiers] =
@@ -731,6 +734,13 @@ fn tokens_are_told_apart_by_what_they_are() {
             modifiers,
         ));
     }
+    tokens
+}
+
+#[test]
+fn tokens_are_told_apart_by_what_they_are() {
+    let mut editor = cell();
+    let tokens = tokens(&mut editor, "pick.scol", PICK);
     for (text, kind, modifiers) in [
         ("' picks a part", "comment", 0),
         ("TOTAL", "variable", 1),
@@ -750,6 +760,34 @@ fn tokens_are_told_apart_by_what_they_are() {
             "{text}: {tokens:?}"
         );
     }
+}
+
+#[test]
+fn a_word_is_what_its_place_makes_of_it() {
+    let text = "PROGRAM T\n  DIM A(3) AS INTEGER\n  A(1) = ON\n  ON DIN(1) DO STOP\n  A(2) = A(1) MOD 7 + MOD(9, 2)\n  MOVEL HOME\nEND\nDATA\n  POINT HOME=400,0,0/\nEND\n";
+    let mut editor = Editor::new(&[]);
+    assert_eq!(editor.open("t.scol", text), [("E0103".to_owned(), 6)]);
+    let tokens = tokens(&mut editor, "t.scol", text);
+    let kinds = |word: &str| -> Vec<&str> {
+        tokens
+            .iter()
+            .filter(|token| token.0 == word)
+            .map(|token| token.1.as_str())
+            .collect()
+    };
+    assert_eq!((kinds("INTEGER"), kinds("POINT")), (vec!["type"], vec!["type"]));
+    assert_eq!(
+        (kinds("ON"), kinds("MOD")),
+        (vec!["enumMember", "keyword"], vec!["operator", "function"])
+    );
+    // A misspelt statement looks like a call, and is none.
+    assert_eq!(kinds("MOVEL"), [""; 0]);
+    assert_eq!(
+        editor.ask_at("textDocument/hover", "t.scol", text, "MOV|EL", json!({})),
+        Value::Null
+    );
+    let found = editor.ask_at("textDocument/completion", "t.scol", text, "|MOVEL", json!({}));
+    assert!(!labels(&found).contains(&"MOVEL") && labels(&found).contains(&"MOVES"));
 }
 
 #[test]
