@@ -356,13 +356,16 @@ fn upper_remark(comment: &str) -> String {
     }
 }
 
-/// `7CHECK`: a number directly before a name is not a statement; only the author knows where to divide them.
+/// `7CHECK`, `W := 5`, `N += 1`, `// two`: tokens that directly follow each other in no statement. They are a slip or of
+/// another language, so only the author knows what they mean.
 fn stuck(pair: &[Lexeme]) -> bool {
+    let [a, b] = pair else { return false };
     let wordy = |lexeme: &Lexeme| matches!(lexeme.token, Token::Word(_) | Token::Integer(_) | Token::Real(_));
-    match pair {
-        [a, b] => a.span.end == b.span.start && wordy(a) && wordy(b),
-        _ => false,
-    }
+    let foreign = match (sign(Some(a)), sign(Some(b))) {
+        (Some(Sign::Colon | Sign::Plus | Sign::Minus | Sign::Star | Sign::Slash), Some(Sign::Assign)) => true,
+        (left, right) => left == Some(Sign::Slash) && right == left,
+    };
+    a.span.end == b.span.start && (foreign || (wordy(a) && wordy(b)))
 }
 
 /// Whether a formatted line has the words of the line before.
@@ -413,7 +416,7 @@ mod tests {
             format(source),
             "PROGRAM T\r\nLAST:\r\n  STOP\r\n\r\nOUT: GOTO LAST\r\nEND\r\nDATA\r\n  POINT P1=1,-2,,3/\r\nEND\r\n\x1Arest\r\n"
         );
-        let broken = "PROGRAM T\n   é\n INPUT 7A\n PRINT  \"a\tb\" ' \t c\n\tX  = 1 ' é\n";
+        let broken = "PROGRAM T\n   é\n INPUT 7A\n w:=5\n n+=1 // two\n n=1//two\n PRINT  \"a\tb\" ' \t c\n\tX  = 1 ' é\n";
         assert_eq!(format(broken), broken);
     }
 
