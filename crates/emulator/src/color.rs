@@ -80,6 +80,18 @@ pub(crate) fn diagnostic(text: &str) -> String {
     painted
 }
 
+/// A line of a unified diff, painted by its first characters.
+pub(crate) fn difference(line: &str) -> String {
+    let style = match line.as_bytes() {
+        [b'-', b'-', b'-', b' ', ..] | [b'+', b'+', b'+', b' ', ..] => Style::new().bold(),
+        [b'@', ..] => AnsiColor::Cyan.on_default(),
+        [b'-', ..] => AnsiColor::Red.on_default(),
+        [b'+', ..] => AnsiColor::Green.on_default(),
+        _ => return line.to_owned(),
+    };
+    format!("{style}{line}{style:#}")
+}
+
 /// `E0101]: text`, where the style ends after the code.
 fn end_of_code(after: &str, style: Style) -> String {
     match after.split_once(']') {

@@ -51,6 +51,113 @@ fn fmt_writes_only_what_changes() {
 }
 
 #[test]
+fn fmt_shows_differences_that_patch_and_git_take() {
+    let programs: [(&str, &[u8]); 5] = [
+        ("in/a.scol", UNTIDY.as_bytes()),
+        ("in/two words.scol", b"program t\r\nn=1\r\nend"),
+        ("in/cr.scol", b"program t\rn=1\rend\r"),
+        (
+            "in/long.scol",
+            &[UNTIDY.as_bytes(), &b"\n' x\n".repeat(9), b"\n\n\nDATA\nend\n"].concat(),
+        ),
+        ("in/tidy.scol", TIDY.as_bytes()),
+    ];
+    for tool in [
+        &["patch", "-p0", "--binary", "--fuzz=0"][..],
+        &["git", "apply", "-p0"],
+    ] {
+        let directory = TempDir::new("diff");
+        std::fs::create_dir(directory.at("in")).unwrap();
+        for (name, content) in programs {
+            directory.file(name, content);
+        }
+        let fmt = |words: &[&str]| {
+            let mut command = ts3100(&["fmt"]);
+            command
+                .args(words)
+                .current_dir(directory.path())
+                .output()
+                .unwrap()
+        };
+        let diff = fmt(&["--diff", "in"]);
+        expect_code(&diff, 1);
+        for (name, content) in programs {
+            assert_eq!(std::fs::read(directory.at(name)).unwrap(), content);
+        }
+        assert_eq!(
+            stdout(&diff).matches("\n--- ").count() + 1,
+            4,
+            "{}",
+            stdout(&diff)
+        );
+        for words in [&["--check", "--diff", "in"][..], &["--diff", "."]] {
+            assert_eq!(fmt(words).stdout, diff.stdout, "{words:?}");
+        }
+        directory.file("changes.diff", &diff.stdout);
+        let mut apply = std::process::Command::new(tool[0]);
+        let apply = apply.args(&tool[1..]).current_dir(directory.path());
+        let applied = apply.stdin(std::fs::File::open(directory.at("changes.diff")).unwrap());
+        let applied = applied.output().unwrap();
+        expect_code(&applied, 0);
+        let output = fmt(&["--diff", "in"]);
+        expect_code(&output, 0);
+        assert_eq!(stdout(&output), "", "{tool:?}");
+    }
+}
+
+#[test]
+fn fmt_shows_the_difference_of_stdin() {
+    let directory = TempDir::new("diff");
+    let mut piped = ts3100(&["fmt", "--diff", "-"]);
+    let untidy = std::fs::File::open(directory.file("t.scol", UNTIDY)).unwrap();
+    let output = piped.stdin(untidy).output().unwrap();
+    expect_code(&output, 1);
+    assert!(stdout(&output).starts_with("--- <stdin>\n+++ <stdin>\n@@ -1,4 +1,4 @@\n-program t\n"));
+    let tidy = std::fs::File::open(directory.file("t.scol", TIDY)).unwrap();
+    let output = piped.stdin(tidy).output().unwrap();
+    expect_code(&output, 0);
+    assert_eq!(stdout(&output), "");
+}
+
+#[test]
+fn a_folder_means_its_programs() {
+    let directory = TempDir::new("folders");
+    for folder in ["cell/b", "empty"] {
+        std::fs::create_dir_all(directory.at(folder)).unwrap();
+    }
+    let deep = directory.file("cell/b/deep.scol", UNTIDY);
+    let bad = directory.file("cell/bad.scol", "PROGRAM BAD\n  GOTO NOWHERE\nEND\n");
+    let other = directory.file("cell/points.csv", "P1,1,2,3\n");
+    let cell = directory.at("cell");
+    let cell = cell.to_str().unwrap();
+    let output = run(&["check", cell]);
+    expect_code(&output, 1);
+    let said = stdout(&output);
+    let places = [said.find("deep.scol: no errors"), said.find("bad.scol:2:")];
+    assert!(places[0].is_some() && places[0] < places[1], "{said}");
+    let empty = directory.at("empty");
+    let empty = empty.to_str().unwrap();
+    for (command, verb) in [("check", "read"), ("fmt", "format")] {
+        let output = run(&[command, empty, cell]);
+        expect_code(&output, 2);
+        let expected = format!(
+            "error: cannot {verb} {empty}: no SCOL files (*.scol) in this folder and the folders below\n"
+        );
+        assert_eq!(stderr(&output), expected);
+    }
+    assert_eq!(std::fs::read_to_string(deep).unwrap(), TIDY);
+    assert_eq!(
+        std::fs::read_to_string(bad).unwrap(),
+        "PROGRAM BAD\n  GOTO NOWHERE\nEND\n"
+    );
+    assert_eq!(std::fs::read_to_string(other).unwrap(), "P1,1,2,3\n");
+    let output = run(&["check", "--json", empty]);
+    let found: Value = serde_json::from_slice(&output.stdout).unwrap();
+    let reason = found["files"][0]["unreadable"].as_str().unwrap();
+    assert!(reason.starts_with("no SCOL files"), "{reason}");
+}
+
+#[test]
 fn colours_are_for_terminals_or_for_whoever_asks() {
     let directory = TempDir::new("binary");
     let bad = directory.file("bad.scol", "PROGRAM BAD\nGOTO NOWHERE\nEND\n");
@@ -64,8 +171,10 @@ fn colours_are_for_terminals_or_for_whoever_asks() {
     };
     let forced = [("CLICOLOR_FORCE", "1")];
     let refused = [("CLICOLOR_FORCE", "1"), ("NO_COLOR", "1")];
-    let messages: [&[&str]; 4] = [
+    let untidy = directory.file("untidy.scol", UNTIDY);
+    let messages: [&[&str]; 5] = [
         &["check", &bad],
+        &["fmt", "--diff", &untidy],
         &["check", "no-such.scol"],
         &["serve", "--help"],
         &["serve", "--ports", "auto", "--select", "NOPE"],

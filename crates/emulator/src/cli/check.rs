@@ -7,8 +7,9 @@
 mod report;
 
 use super::exit::{NEGATIVE, UNUSABLE};
-use super::input::{self, is_stdin};
+use super::input;
 use super::output;
+use super::programs::{self, FolderError};
 use crate::color;
 use crate::config::model::ModelChoice;
 use crate::config::read_points;
@@ -26,8 +27,8 @@ use ts3100_controller::{Config, Dialect};
 /// Exit codes: 0 no errors; 1 errors, or warnings with --deny-warnings; 2 a file cannot be read.
 #[derive(Debug, Args)]
 pub(super) struct CheckArgs {
-    /// SCOL files; - is stdin
-    #[arg(required = true, value_name = "FILE")]
+    /// SCOL files, and folders with all *.scol files below; - is stdin
+    #[arg(required = true, value_name = "PATH")]
     files: Vec<PathBuf>,
     /// Arm, by name or .toml file: it decides how many values a position has and which places it reaches
     #[arg(long, value_name = "MODEL", default_value = "ts3100-tv800")]
@@ -73,8 +74,11 @@ pub(super) fn run(args: &CheckArgs) -> anyhow::Result<u8> {
     let mut worst = 0;
     let mut files = Vec::new();
     let format = if args.json { CheckFormat::Json } else { args.format };
-    for path in &args.files {
-        let file = CheckedFile::check(path, &config);
+    for found in programs::expand(&args.files) {
+        let file = match found {
+            Ok(path) => CheckedFile::check(&path, &config),
+            Err(folder) => CheckedFile::from(folder),
+        };
         worst = worst.max(exit_code(&file, args.deny_warnings));
         if let Err(error) = &file.result {
             print_error(format_args!("cannot read {}: {error}", file.name));
@@ -160,10 +164,16 @@ impl CheckedFile {
             let remarks = config.check(&source).diagnostics;
             (source, remarks)
         });
-        let name = match is_stdin(path) {
-            true => "<stdin>".to_owned(),
-            false => path.display().to_string(),
-        };
+        let name = input::shown_name(path);
         CheckedFile { name, result }
+    }
+}
+
+impl From<FolderError> for CheckedFile {
+    fn from(folder: FolderError) -> CheckedFile {
+        CheckedFile {
+            name: folder.path.display().to_string(),
+            result: Err(folder.reason),
+        }
     }
 }

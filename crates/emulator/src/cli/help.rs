@@ -111,7 +111,7 @@ const EVERYDAY: &[Everyday] = &[
         ],
         example: "ts3100 check *.scol",
     },
-    whole("fmt", "ts3100 fmt *.scol"),
+    whole("fmt", "ts3100 fmt *.scol\nts3100 fmt --diff programs"),
     whole("lsp", "ts3100 lsp"),
     Everyday {
         name: "run",

@@ -10,6 +10,14 @@ pub(super) fn is_stdin(path: &Path) -> bool {
     path == Path::new("-")
 }
 
+/// The path as messages name it.
+pub(super) fn shown_name(path: &Path) -> String {
+    match is_stdin(path) {
+        true => "<stdin>".to_owned(),
+        false => path.display().to_string(),
+    }
+}
+
 /// The bytes of a file, or of standard input, if there are at most that many.
 pub(super) fn read(path: &Path, most: u64) -> io::Result<Vec<u8>> {
     if is_stdin(path) {

@@ -1,7 +1,7 @@
 //! The SCOL files that a command line names: each file as given, and those of a folder.
 //!
-//! A folder means all `*.scol` files in it and below, in the order of their paths. Hidden files and folders are left
-//! out, as are symbolic links: what they lead to is found in its own place, and a link to a folder above cannot go round.
+//! A folder means all `*.scol` files in it and below, in the order of their paths. Hidden files and folders are left out, and
+//! symbolic links too: their target is found in its own place, and a link to a folder above cannot cause a loop.
 
 use super::input::is_stdin;
 use std::fs;
@@ -77,7 +77,9 @@ impl Folder {
             if kind.is_dir() {
                 self.list(&path, depth + 1);
             } else if kind.is_file() && files::extension(&path) == ENDING {
-                self.files.push(path);
+                // `.` gives names such as `pick.scol` instead of `./pick.scol`.
+                self.files
+                    .push(path.strip_prefix(".").map(Path::to_path_buf).unwrap_or(path));
             }
         }
         Ok(())
@@ -128,7 +130,7 @@ mod tests {
     }
 
     #[test]
-    fn a_folder_stands_for_the_scol_files_below() {
+    fn a_folder_means_the_scol_files_below() {
         let directory = TempDir::new("folder");
         for folder in ["cell/b", "cell/.git", "cell.d"] {
             fs::create_dir_all(directory.at(folder)).unwrap();
@@ -166,7 +168,7 @@ mod tests {
 
     #[cfg(unix)]
     #[test]
-    fn symbolic_links_do_not_go_round() {
+    fn symbolic_links_cause_no_loop() {
         let directory = TempDir::new("folder");
         fs::create_dir(directory.at("in")).unwrap();
         directory.file("in/a.scol", "");
