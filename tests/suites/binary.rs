@@ -20,3 +20,5 @@ mod snapshots;
 pub mod support;
 mod survey;
 mod tools;
+#[cfg(unix)]
+mod watch;

@@ -36,6 +36,7 @@ mod tap;
 mod trace;
 mod usage;
 mod view;
+mod watch;
 
 pub use exit::ALL as EXIT_CODES;
 
@@ -132,10 +133,10 @@ fn run(command: Command) -> ExitCode {
         Command::Serve(args) => return serve::run(*args),
         Command::Exec(args) => return exec::run(*args),
         Command::Host(args) => host::run(&args),
-        Command::Check(args) => check::run(&args),
+        Command::Check(args) => check::run(args),
         Command::Fmt(args) => format::run(&args),
         Command::Lsp(args) => lsp::run(&args),
-        Command::Run(args) => run::run(&args),
+        Command::Run(args) => run::run(args),
         Command::Faults(args) => faults::run(&args),
         Command::Tap(args) => tap::run(&args),
         Command::Diff(args) => diff::run(&args),

@@ -6,6 +6,7 @@
 //! `ts3100 run` is formatted in `cli::run`.
 
 use std::collections::{BTreeMap, VecDeque};
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 use ts3100_controller::findings::rules;
 use ts3100_controller::{
@@ -63,6 +64,9 @@ pub enum RunError {
     /// Stepped time: no one would move the clock, so the program would never end.
     #[error("expected a time that passes (auto, real or xN), found {0}")]
     Time(TimeMode),
+    /// The flag of [`run_until`] was set.
+    #[error("the run was interrupted")]
+    Interrupted,
 }
 
 /// Event of a program while it runs.
@@ -157,6 +161,18 @@ pub struct RunReport {
 /// # Errors
 /// [`RunError`]: it did not start.
 pub fn run(job: RunRequest, listen: &mut dyn FnMut(Duration, RunEvent<'_>)) -> Result<RunReport, RunError> {
+    run_until(&AtomicBool::new(false), job, listen)
+}
+
+/// As [`run`], until the flag is set. Who sets it unparks the thread, which may be waiting for wall-clock time.
+///
+/// # Errors
+/// [`RunError`]: it did not start, or the flag was set.
+pub fn run_until(
+    interrupted: &AtomicBool,
+    job: RunRequest,
+    listen: &mut dyn FnMut(Duration, RunEvent<'_>),
+) -> Result<RunReport, RunError> {
     let scale = match job.time {
         TimeMode::Auto => None,
         TimeMode::Real => Some(1.0),
@@ -218,7 +234,15 @@ pub fn run(job: RunRequest, listen: &mut dyn FnMut(Duration, RunEvent<'_>)) -> R
         }
         if let Some(scale) = scale {
             let due = wall_time(deadline.since(started_at), scale);
-            std::thread::sleep(due.saturating_sub(wall.elapsed()));
+            while let Some(left) = due.checked_sub(wall.elapsed()).filter(|left| !left.is_zero()) {
+                if interrupted.load(Ordering::Relaxed) {
+                    break;
+                }
+                std::thread::park_timeout(left);
+            }
+        }
+        if interrupted.load(Ordering::Relaxed) {
+            return Err(RunError::Interrupted);
         }
         run.feed(deadline, Input::Tick);
     };

@@ -7,24 +7,28 @@
 mod report;
 
 use super::exit::{NEGATIVE, UNUSABLE};
-use super::input;
+use super::input::{self, is_stdin};
 use super::output;
 use super::programs::{self, FolderError};
+use super::watch::{Announcement, watch};
 use crate::color;
 use crate::config::model::ModelChoice;
 use crate::config::read_points;
 use crate::log::print_error;
+use anyhow::bail;
 use clap::{Args, ValueEnum};
 use scol_mini::{Diagnostic, DiagnosticKind, Severity};
 use std::collections::BTreeSet;
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 use ts3100_control::printable::printable;
 use ts3100_controller::{Config, Dialect};
 
 /// Check SCOL files for errors and likely mistakes.
 ///
-/// Exit codes: 0 no errors; 1 errors, or warnings with --deny-warnings; 2 a file cannot be read.
+/// Exit codes: 0 no errors, or --watch was ended by a signal; 1 errors, or warnings with --deny-warnings; 2 a file cannot be
+/// read.
 #[derive(Debug, Args)]
 pub(super) struct CheckArgs {
     /// SCOL files, and folders with all *.scol files below; - is stdin
@@ -45,6 +49,29 @@ pub(super) struct CheckArgs {
     /// Treat warnings as errors
     #[arg(long)]
     deny_warnings: bool,
+    /// Check again whenever a file changes, until Ctrl-C; with JSON, one line for each check
+    #[arg(long)]
+    watch: bool,
+}
+
+impl CheckArgs {
+    /// Files whose changes change the result.
+    fn sources(&self) -> Vec<PathBuf> {
+        let found = programs::expand(&self.files);
+        let programs = found
+            .into_iter()
+            .map(|found| found.unwrap_or_else(|error| error.path));
+        let model = match &self.model {
+            ModelChoice::File(path) => Some(path),
+            ModelChoice::Shipped(_) => None,
+        };
+        let settings = self.points.iter().chain(model);
+        programs.chain(settings.cloned()).collect()
+    }
+
+    fn format(&self) -> CheckFormat {
+        if self.json { CheckFormat::Json } else { self.format }
+    }
 }
 
 /// Format of the diagnostics.
@@ -58,8 +85,24 @@ enum CheckFormat {
     Sarif,
 }
 
-/// Checks every file; the worst exit code.
-pub(super) fn run(args: &CheckArgs) -> anyhow::Result<u8> {
+/// Checks every file; the worst exit code. With `--watch` it checks them again and again.
+pub(super) fn run(args: CheckArgs) -> anyhow::Result<u8> {
+    if !args.watch {
+        return check_all(&args);
+    }
+    if args.files.iter().any(|path| is_stdin(path)) {
+        bail!("cannot watch stdin; name files or folders");
+    }
+    let announcement = match args.format() {
+        CheckFormat::Text => Announcement::Line,
+        CheckFormat::Json | CheckFormat::Sarif => Announcement::None,
+    };
+    let args = Arc::new(args);
+    let watched = Arc::clone(&args);
+    watch(move || watched.sources(), announcement, move |_| check_all(&args))
+}
+
+fn check_all(args: &CheckArgs) -> anyhow::Result<u8> {
     let model = args.model.read()?;
     let arm = model.language();
     let points = args.points.as_deref().map(|path| read_points(path, arm));
@@ -73,7 +116,7 @@ pub(super) fn run(args: &CheckArgs) -> anyhow::Result<u8> {
     let mut explained = BTreeSet::new();
     let mut worst = 0;
     let mut files = Vec::new();
-    let format = if args.json { CheckFormat::Json } else { args.format };
+    let format = args.format();
     for found in programs::expand(&args.files) {
         let file = match found {
             Ok(path) => CheckedFile::check(&path, &config),
@@ -94,7 +137,11 @@ pub(super) fn run(args: &CheckArgs) -> anyhow::Result<u8> {
         CheckFormat::Json => report::json(&files),
         CheckFormat::Sarif => report::sarif(&files),
     };
-    output::written(writeln!(stdout, "{document:#}")).map(|()| worst)
+    let written = match args.watch {
+        true => writeln!(stdout, "{document}").and_then(|()| stdout.flush()),
+        false => writeln!(stdout, "{document:#}"),
+    };
+    output::written(written).map(|()| worst)
 }
 
 fn exit_code(file: &CheckedFile, deny_warnings: bool) -> u8 {

@@ -108,8 +108,10 @@ const EVERYDAY: &[Everyday] = &[
             ("format", ""),
             ("model", "Arm, by name or .toml file"),
             ("deny-warnings", ""),
+            ("watch", "Check again whenever a file changes"),
         ],
-        example: "ts3100 check *.scol",
+        example: "ts3100 check *.scol\n\
+                  ts3100 check --watch programs",
     },
     whole("fmt", "ts3100 fmt *.scol\nts3100 fmt --diff programs"),
     whole("lsp", "ts3100 lsp"),
@@ -122,6 +124,7 @@ const EVERYDAY: &[Everyday] = &[
             ("trace", "Print every statement to stderr"),
             ("json", "Print one JSON document"),
             ("model", ""),
+            ("watch", "Run again whenever a file changes"),
         ],
         example: "ts3100 run pick.scol --input ip1=records.txt --din 1,5\n\
                   ts3100 run pick.scol --at \"1.5 s: input 8 on\" --trace",

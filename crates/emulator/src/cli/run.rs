@@ -10,7 +10,9 @@ use super::exit::{NEGATIVE, UNUSABLE};
 use super::input::{self, is_stdin};
 use super::output;
 use super::serve::list_options;
+use super::watch::{Announcement, watch};
 use crate::config::args::{line_number, seconds, written_file};
+use crate::config::model::ModelChoice;
 use crate::config::{ServeArgs, Settings};
 use crate::headless::{self, RunEnd, RunError, RunRequest};
 use crate::log::print_error;
@@ -19,6 +21,8 @@ use clap::{Args, Parser};
 use scol_mini::Severity;
 use std::collections::{BTreeMap, VecDeque};
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
 use std::time::Duration;
 use ts3100_control::printable::printable;
 use ts3100_controller::signals::{LINE_NUMBERS, Signals};
@@ -39,7 +43,7 @@ pub(super) const CHANNELS: [&str; 4] = ["TP", "COM1", "IP1", "IP2"];
 /// PRINT writes to stdout, INPUT reads records from files. Cycle time, position and outputs are printed to stderr at the
 /// end.
 ///
-/// Exit codes: 0 the program ended or stopped; 1 alarm, an INPUT without a record, deadlock, --max-time reached, or an
+/// Exit codes: 0 the program ended or stopped, or --watch was ended by a signal; 1 alarm, an INPUT without a record, deadlock, --max-time reached, or an
 /// expectation of the scenario that was not met; 2 wrong usage, a file that cannot be read, or a program with errors.
 #[derive(Debug, Args)]
 pub(super) struct RunArgs {
@@ -85,6 +89,25 @@ pub(super) struct RunArgs {
     /// Override a named option, as for serve (repeatable)
     #[arg(long, value_name = "KEY=VALUE")]
     set: Vec<String>,
+    /// Run again whenever the program or another file of the run changes, until Ctrl-C; with --json, one line for each run
+    #[arg(long)]
+    watch: bool,
+}
+
+impl RunArgs {
+    /// Files whose changes change the run.
+    fn sources(&self) -> Vec<PathBuf> {
+        let records = self.input.iter().filter_map(|pair| pair.split_once('='));
+        let records = records.map(|(_, path)| PathBuf::from(path));
+        let models = self.model.iter().filter_map(|model| match model.parse() {
+            Ok(ModelChoice::File(path)) => Some(path),
+            // An unknown word is reported by the run.
+            Ok(ModelChoice::Shipped(_)) | Err(_) => None,
+        });
+        let settings = [&self.scenario, &self.points].into_iter().flatten().cloned();
+        let program = std::iter::once(self.file.clone());
+        program.chain(records).chain(models).chain(settings).collect()
+    }
 }
 
 /// The flags of `serve`, so that a model and an option mean the same here.
@@ -94,8 +117,29 @@ struct ServeFlags {
     args: ServeArgs,
 }
 
-/// Runs the program; the exit code.
-pub(super) fn run(args: &RunArgs) -> anyhow::Result<u8> {
+/// Runs the program; the exit code. With `--watch` it runs it again and again.
+pub(super) fn run(args: RunArgs) -> anyhow::Result<u8> {
+    if !args.watch {
+        return run_once(&args, &AtomicBool::new(false));
+    }
+    if args.sources().iter().any(|path| is_stdin(path)) {
+        bail!("cannot watch stdin; name a file");
+    }
+    let announcement = match args.json {
+        true => Announcement::None,
+        false => Announcement::Line,
+    };
+    let args = Arc::new(args);
+    let watched = Arc::clone(&args);
+    watch(
+        move || watched.sources(),
+        announcement,
+        move |outdated| run_once(&args, outdated),
+    )
+}
+
+/// Runs the program until its end, or until the flag is set.
+fn run_once(args: &RunArgs, outdated: &AtomicBool) -> anyhow::Result<u8> {
     if args.set.iter().any(|pair| pair == "help") {
         return list_options().map(|()| 0);
     }
@@ -133,8 +177,9 @@ pub(super) fn run(args: &RunArgs) -> anyhow::Result<u8> {
         max_time: args.max_time,
         config: config.clone(),
     };
-    let mut screen = show::RunPrinter::new(&source, args.json);
-    let report = match headless::run(job, &mut |at, event| screen.show(at, event)) {
+    let mut screen = show::RunPrinter::new(&source, show::Style::new(args.json, args.watch));
+    let report = match headless::run_until(outdated, job, &mut |at, event| screen.show(at, event)) {
+        Err(RunError::Interrupted) => return Ok(NEGATIVE),
         Err(RunError::Start(reason)) => {
             print_error(format_args!("{reason}"));
             return Ok(NEGATIVE);

@@ -18,11 +18,32 @@ const SCARA_COORDINATES: usize = 5;
 /// Most entries of each list of the JSON document; what is more is counted.
 const MAX_ENTRIES: usize = 100_000;
 
+/// Form of the output.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Style {
+    Text,
+    /// One document, indented.
+    Json,
+    /// One document on one line.
+    JsonLine,
+}
+
+impl Style {
+    /// Documents of repeated runs are one line each.
+    pub(super) fn new(json: bool, repeated: bool) -> Style {
+        match (json, repeated) {
+            (false, _) => Style::Text,
+            (true, false) => Style::Json,
+            (true, true) => Style::JsonLine,
+        }
+    }
+}
+
 /// Shows the progress of a run.
 pub(super) struct RunPrinter {
     /// The lines of the program, for the trace.
     program: Vec<String>,
-    json: bool,
+    style: Style,
     /// Channels are named: the program prints on several.
     names_channels: bool,
     /// Tasks are named: the program starts some.
@@ -55,12 +76,12 @@ impl BoundedList {
 }
 
 impl RunPrinter {
-    /// For this program; with `json` everything is kept for the document.
-    pub(super) fn new(source: &str, json: bool) -> RunPrinter {
+    /// For this program; for JSON everything is kept for the document.
+    pub(super) fn new(source: &str, style: Style) -> RunPrinter {
         let source = source.replace("\r\n", "\n").replace('\r', "\n");
         RunPrinter {
             program: source.split('\n').map(|line| line.trim().to_owned()).collect(),
-            json,
+            style,
             names_channels: scol_mini::print_channels(&source).len() > 1,
             names_tasks: scol_mini::starts_tasks(&source),
             unfinished: BTreeMap::new(),
@@ -86,7 +107,7 @@ impl RunPrinter {
             .program
             .get(number.saturating_sub(1))
             .map_or("", String::as_str);
-        if self.json {
+        if self.style != Style::Text {
             let time = at.as_secs_f64();
             self.statements
                 .push(|| json!({ "time": time, "task": task, "line": line, "text": text }));
@@ -106,7 +127,7 @@ impl RunPrinter {
 
     fn add_refused(&mut self, at: Duration, reason: &str) {
         let time = at.as_secs_f64();
-        if self.json {
+        if self.style != Style::Text {
             self.refused.push(|| json!({ "time": time, "reason": reason }));
         } else {
             output::tell(format_args!("warning: at {time:.3} s: {reason}\n"));
@@ -131,7 +152,7 @@ impl RunPrinter {
 
     fn print_line(&mut self, at: Duration, channel: &'static str, line: &[u8]) {
         let text = String::from_utf8_lossy(line);
-        if self.json {
+        if self.style != Style::Text {
             let time = at.as_secs_f64();
             self.printed
                 .push(|| json!({ "time": time, "channel": channel, "text": text }));
@@ -158,8 +179,10 @@ impl RunPrinter {
         if let Some(error) = self.write_error {
             return Err(error);
         }
-        if self.json {
-            return output::print(format!("{:#}\n", self.document(report)));
+        match self.style {
+            Style::Json => return output::print(format!("{:#}\n", self.document(report))),
+            Style::JsonLine => return output::print(format!("{}\n", self.document(report))),
+            Style::Text => {}
         }
         let (_, words) = describe_end(&report.end);
         let mut out = format!("after {:.3} s: {words}\n", report.duration.as_secs_f64());
