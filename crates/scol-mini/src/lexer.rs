@@ -192,6 +192,17 @@ fn token(rest: &str, at: usize) -> Result<(Token, usize), Diagnostic> {
         };
         return Ok((Token::Text(text.to_string()), text.len() + 2));
     }
+    if rest.starts_with("//") || rest.starts_with("/*") {
+        let span = Span::new(at, at + 2);
+        return Diagnostic::fail(
+            "E0002",
+            span,
+            format!(
+                "the sign \"{}\" has no meaning here",
+                rest.get(..2).unwrap_or_default()
+            ),
+        );
+    }
     if let Some((spelling, sign)) = SIGNS.iter().find(|(spelling, _)| rest.starts_with(spelling)) {
         return Ok((Token::Sign(*sign), spelling.len()));
     }

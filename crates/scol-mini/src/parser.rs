@@ -7,6 +7,7 @@ mod ask;
 mod declaration;
 mod expression;
 mod file;
+mod foreign;
 mod statement;
 
 use crate::prelude::*;

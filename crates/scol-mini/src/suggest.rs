@@ -2,6 +2,8 @@
 //!
 //! It works on finished diagnostics and on the rows of `outline`; finding errors is left to the compiler.
 
+mod foreign;
+
 use crate::prelude::*;
 
 use crate::builtin::{self, Builtin, System};
@@ -62,7 +64,7 @@ pub(crate) fn attach_direct(statement: &str, base: &Program, diagnostics: &mut [
                 Some("a comma separates values; write decimals with a point, as in 0.5".into())
             }
             "E0101" | "E0103" | "E0002" => suggester.foreign_sign(diagnostic).or_else(|| {
-                let word = suggester.foreign(diagnostic);
+                let word = suggester.foreign(diagnostic.span);
                 word.filter(|_| diagnostic.code == "E0103")
                     .or_else(|| suggester.keyword(diagnostic))
                     .or_else(|| fixed(diagnostic.code))
@@ -123,16 +125,24 @@ impl Suggester<'_> {
                 Some("put one statement on a line; a label begins the line".into())
             }
             "E0002" => self.foreign_sign(diagnostic),
+            "E0101" if diagnostic.message == "expected THEN, found the end of the line" => {
+                Some("write an IF on one line: IF condition THEN statement".into())
+            }
             "E0101" => {
                 let sign = self.foreign_sign(diagnostic);
-                sign.or_else(|| self.keyword(diagnostic))
+                sign.or_else(|| self.surplus_word(diagnostic))
+                    .or_else(|| self.keyword(diagnostic))
             }
             "E0301" => self.keyword(diagnostic),
-            "E0103" => self.foreign(diagnostic).or_else(|| self.keyword(diagnostic)),
+            "E0208" => self
+                .surplus_word(diagnostic)
+                .or_else(|| self.foreign_name(diagnostic)),
+            "E0212" => self.foreign_name(diagnostic),
+            "E0103" => self.foreign(diagnostic.span).or_else(|| self.keyword(diagnostic)),
             "E0201" => self.name(&found, part, diagnostic),
             "E0202" => self.label(&found, part?, diagnostic.span),
             "E0206" => self.heading(&found).map(Into::into),
-            "E0203" => self.foreign(diagnostic).or_else(|| {
+            "E0203" => self.foreign(diagnostic.span).or_else(|| {
                 let programs = self.outline.parts.iter().filter_map(|part| part.name.as_ref());
                 let words = programs.map(|name| name.text.as_str());
                 let meant = did_you_mean(&found, diagnostic.span, words.chain(builtin::words()));
@@ -177,111 +187,6 @@ impl Suggester<'_> {
         }
     }
 
-    /// Remedy for an operator or a sign of another language at the place of the error.
-    fn foreign_sign(&self, diagnostic: &Diagnostic) -> Option<Remedy> {
-        let start = diagnostic.span.start;
-        let (before, rest) = self.source.split_at_checked(start)?;
-        let begins = |signs: &[&str]| signs.iter().any(|sign| rest.starts_with(sign));
-        let here = |length: usize| Span::new(start, start + length);
-        let word = |length: usize, word: &str| Some(Edit::word(self.source, here(length), word));
-        // A word alone before an operator is not the operand of an expression.
-        let line = before.rsplit(['\r', '\n']).next().unwrap_or_default().trim();
-        let operand = line.contains(|c: char| !c.is_ascii_alphanumeric() && c != '_');
-        let operator = |length, text| word(length, text).filter(|_| operand);
-        let doubled = |sign: &str| if rest.starts_with(sign) { 2 } else { 1 };
-        Some(match rest.trim_start_matches(' ').bytes().next()? {
-            b'=' if before.ends_with(':') => {
-                let assign = Edit::replace(Span::new(start - 1, start + 1), "=");
-                Remedy::from("assign with \"=\": NAME = value").fix(assign)
-            }
-            _ if begins(&["+=", "-=", "*=", "/=", "++", "--"]) => {
-                Remedy::from("write it out: N = N + 1").fix(self.written_out(start))
-            }
-            b'/' if begins(&["/*"]) => "begin a comment with REMARK or '".into(),
-            b'/' if before.ends_with('/') => {
-                let comment = Edit::replace(Span::new(start - 1, start + 1), "'");
-                Remedy::from("begin a comment with REMARK or '").fix(comment)
-            }
-            b'\'' => {
-                Remedy::from("put a string between double quotes; ' begins a comment").fix(self.quoted(start))
-            }
-            b'|' => Remedy::from("use OR").fix(operator(doubled("||"), "OR")),
-            b'&' => Remedy::from("use AND").fix(operator(doubled("&&"), "AND")),
-            b'!' => Remedy::from("use NOT").fix(word(1, "NOT")),
-            b'%' => Remedy::from("use MOD for a remainder").fix(operator(1, "MOD")),
-            b';' => {
-                // Before a further statement it is not the end of the line that is missing.
-                let rest = rest.trim_start_matches([' ', ';']);
-                let last = rest.is_empty() || rest.starts_with(['\r', '\n', '\'', '\u{1A}']);
-                let remove = last.then(|| Edit::replace(here(1), ""));
-                Remedy::from("remove it: a statement ends with its line").fix(remove)
-            }
-            b'#' => "remove it: a channel is TP, COM1, IP1 or IP2; a comment begins with REMARK or '".into(),
-            _ => return None,
-        })
-    }
-
-    /// `N = N + 1` for `N += 1` and `N++` with the operator at this byte; nothing where a line holds more.
-    fn written_out(&self, operator: usize) -> Option<Edit> {
-        let (before, rest) = self.source.split_at_checked(operator)?;
-        let start = before.rfind(['\r', '\n']).map_or(0, |end| end + 1);
-        let line = before.get(start..)?;
-        // After a label, THEN, ELSE or DO the last word is the target.
-        let target = line.trim_end().rsplit([' ', ':']).next()?;
-        let is_name = |c: char| c.is_ascii_alphanumeric() || c == '_' || c == '.';
-        if target.is_empty() || !target.chars().all(is_name) {
-            return None;
-        }
-        let (sign, second) = (rest.get(..1)?, rest.get(1..2)?);
-        let length = rest.find(['\r', '\n', '\'', ';', '\u{1A}']).unwrap_or(rest.len());
-        let value = rest.get(2..length)?.trim();
-        let value = if second == "=" { value } else { "1" };
-        let alone = second == "=" || rest.get(2..length)?.trim().is_empty();
-        if value.is_empty() || !alone {
-            return None;
-        }
-        let plain = value.chars().all(is_name);
-        let value = if plain {
-            value.to_string()
-        } else {
-            format!("({value})")
-        };
-        if value.to_ascii_uppercase().contains(" ELSE ") {
-            return None;
-        }
-        let end = operator + rest.get(..length)?.trim_end().len();
-        let start = operator - (line.len() - line.trim_end().len()) - target.len();
-        Some(Edit::replace(
-            Span::new(start, end),
-            format!("{target} = {target} {sign} {value}"),
-        ))
-    }
-
-    /// Double quotes for the single quotes of a string that begins at or after this byte.
-    fn quoted(&self, byte: usize) -> Option<Edit> {
-        let rest = self.source.get(byte..)?;
-        let line = rest.split(['\r', '\n']).next()?;
-        let open = line.find('\'')?;
-        let (text, _) = line.get(open + 1..)?.split_once('\'')?;
-        let span = Span::new(byte + open, byte + open + text.len() + 2);
-        (!text.contains('"')).then(|| Edit::replace(span, format!("\"{text}\"")))
-    }
-
-    /// Remedy for a word of another language at the place of the error.
-    fn foreign(&self, diagnostic: &Diagnostic) -> Option<Remedy> {
-        let span = diagnostic.span;
-        let (word, fix) = (self.text(span), |word| Some(Edit::replace(span, word)));
-        let remedy = foreign(&word)?;
-        let fix = match word.as_str() {
-            "MOVEL" | "MOVL" | "LIN" => fix("MOVES"),
-            "PTP" => fix("MOVE"),
-            "REM" => fix("'"),
-            "CALL" | "GOSUB" | "LET" => Some(Edit::remove(self.source, span)),
-            _ => None,
-        };
-        Some(Remedy::from(remedy).fix(fix))
-    }
-
     fn text(&self, span: Span) -> String {
         span.text(self.source).to_ascii_uppercase()
     }
@@ -312,7 +217,8 @@ impl Suggester<'_> {
             let mut awaited = expected.split([' ', ',', '"']).filter(is_reserved).peekable();
             // Where it waited for certain words, no other is right.
             let any = awaited.peek().is_none();
-            let meant = did_you_mean(text, span, awaited);
+            let meant = self.foreign(span).filter(|_| any);
+            let meant = meant.or_else(|| did_you_mean(text, span, awaited));
             meant.or_else(|| did_you_mean(text, span, builtin::words()).filter(|_| any))
         })
     }
@@ -320,6 +226,9 @@ impl Suggester<'_> {
     fn name(&self, found: &str, part: Option<&Part>, diagnostic: &Diagnostic) -> Option<Remedy> {
         if CHANNELS.contains(&found) {
             return Some("use TP, COM1, IP1 or IP2".into());
+        }
+        if let Some(remedy) = self.foreign_name(diagnostic) {
+            return Some(remedy);
         }
         let shared = self.outline.shared();
         let call = diagnostic.message.contains("neither an array nor a function");
@@ -408,29 +317,6 @@ fn fixed(code: &str) -> Option<Remedy> {
         _ => return None,
     };
     Some(remedy.into())
-}
-
-/// Remedy for a word of another language.
-fn foreign(word: &str) -> Option<&'static str> {
-    let remedy = match word {
-        "ENDIF" | "ELSEIF" | "ENDFOR" | "WEND" | "ENDWHILE" | "THEN" | "ELSE" => {
-            "there are no blocks: write an IF on one line and close a FOR with NEXT"
-        }
-        "WHILE" | "REPEAT" | "UNTIL" | "LOOP" | "SELECT" | "CASE" => {
-            "use FOR and NEXT, or a label with IF ... THEN GOTO"
-        }
-        "MOVEL" | "MOVL" | "LIN" => "did you mean MOVES, the straight motion?",
-        "MOVJ" => "did you mean MOVEJ, the arch motion? A motion of all joints is MOVE.",
-        "PTP" => "did you mean MOVE?",
-        "CALL" | "GOSUB" => "call a program by its name alone: NAME or NAME(values)",
-        "LET" | "VAR" | "LOCAL" => "assign a value to make a variable: NAME = value",
-        "REM" => "begin a comment with REMARK or '",
-        "EXIT" => "leave a loop with GOTO, a program with RETURN",
-        "INTERRUPT" | "TRAP" => "watch a condition with ON condition DO statement",
-        "SUB" | "FUNCTION" | "ENDSUB" => "write the subprogram as a PROGRAM block of its own",
-        _ => return None,
-    };
-    Some(remedy)
 }
 
 /// Whether `found` is the word or a misspelling of it.

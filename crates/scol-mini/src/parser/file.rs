@@ -4,9 +4,11 @@
 
 use crate::prelude::*;
 
+use super::foreign::{self, ForeignBlock, Part};
 use super::{Block, Cursor, File, Label, Located};
 use crate::builtin;
 use crate::diagnostic::{Diagnostic, Sink, Span};
+use crate::fix::Edit;
 use crate::lexer::{self, Lexeme, Line, Sign, Token, leading_word, lines};
 use crate::options::LanguageOptions;
 use crate::outline::Place;
@@ -26,6 +28,7 @@ pub(crate) fn parse_file(source: &str, options: &LanguageOptions, sink: &mut Sin
         opened: None,
         astray: false,
         work: None,
+        foreign: Vec::new(),
     };
     for line in lines(source) {
         match lexer::tokens(source, line.span, MAX_LINE) {
@@ -54,6 +57,8 @@ struct Parser<'a> {
     astray: bool,
     /// The WORK line that waits for its position.
     work: Option<Name>,
+    /// Open blocks of other languages.
+    foreign: Vec<&'static ForeignBlock>,
 }
 
 impl Parser<'_> {
@@ -64,20 +69,20 @@ impl Parser<'_> {
             .split(|c: char| !c.is_ascii_alphanumeric() && c != '_')
             .filter(|word| !word.is_empty());
         self.file.suppressed.extend(words.map(String::from));
+        let (problem, statement) = (remark_of(line, &text, problem), after_label(&text));
         self.sink.push(problem);
         if self.place == Place::Program {
-            self.keep_loops_paired(line, &text);
+            self.keep_loops_paired(line, statement);
+            self.foreign.extend(foreign::opened(statement));
         }
     }
 
     /// A FOR or a NEXT with an error still begins or ends its loop, so that the other one is not reported.
     fn keep_loops_paired(&mut self, line: Line, text: &str) {
-        let (mut first, mut rest) = leading_word(text.trim_start());
-        if let Some(statement) = rest.trim_start().strip_prefix(':') {
-            (first, rest) = leading_word(statement.trim_start());
-        }
+        let (first, rest) = leading_word(text);
+        let closes = ["ENDFOR", "END FOR"].iter().any(|word| text.starts_with(word)) && self.has_open_loop();
         let span = line.span;
-        let statement = if suggest::is_nearly(first, "FOR") && rest.contains('=') {
+        let statement = if first == "FOR" || suggest::is_nearly(first, "FOR") && rest.contains('=') {
             let name = Name::new(leading_word(rest.trim_start()).0, span);
             Statement::For(Counting {
                 variable: Variable::new(name, Vec::new()),
@@ -85,12 +90,24 @@ impl Parser<'_> {
                 to: Expression::integer(0, span),
                 step: None,
             })
-        } else if suggest::is_nearly(first, "NEXT") {
+        } else if closes || suggest::is_nearly(first, "NEXT") {
             Statement::Next(None)
         } else {
             return;
         };
         self.push(line.number, span, statement);
+    }
+
+    /// Whether the present program has a FOR without its NEXT so far.
+    fn has_open_loop(&self) -> bool {
+        let statements = self.file.blocks.last().map(|block| &block.statements);
+        let open = statements.into_iter().flatten().fold(0_usize, |open, located| {
+            if let Statement::For(_) = located.statement {
+                return open + 1;
+            }
+            open - usize::from(open > 0 && matches!(located.statement, Statement::Next(_)))
+        });
+        open > 0
     }
 
     /// Adds a statement to the present program.
@@ -140,6 +157,22 @@ impl Parser<'_> {
                 self.close(line.number);
                 Ok(())
             }
+            // What follows END names what it closes in other languages.
+            ("END", _) if cursor.foreign_word() == "END" && !cursor.is_assignment() => {
+                cursor.advance();
+                let (problem, rest) = (cursor.expected("the end of the line"), cursor.span());
+                let problem = problem.help("close a block with END alone");
+                let end = tokens.last().map_or(rest, |last| rest.to(last.span));
+                self.sink.push(problem.fix(Edit::replace(end, "")));
+                self.close(line.number);
+                Ok(())
+            }
+            (_, Place::Program | Place::Global | Place::Data) if alone && self.is_end(line, word) => {
+                let message = format!("{word} is neither a statement nor a program of this file");
+                self.sink.push(Diagnostic::new("E0203", cursor.span(), message));
+                self.close(line.number);
+                Ok(())
+            }
             ("GLOBAL" | "DATA", _) if alone => {
                 self.unclosed(cursor.span(), word, line.number);
                 self.open(word, cursor.span())
@@ -153,6 +186,27 @@ impl Parser<'_> {
             (_, Place::Data) => self.data(&mut cursor),
             (_, Place::Program) => self.statement(line.number, &mut cursor),
         }
+    }
+
+    /// Whether a line with one word is a misspelt END: what follows it begins another block, or nothing does.
+    fn is_end(&self, line: Line, word: &str) -> bool {
+        if word == "END" || !suggest::is_nearly(word, "END") || builtin::is_reserved(word, self.options.arm) {
+            return false;
+        }
+        let rest = self.source.get(line.span.end..).unwrap_or_default();
+        let mut lines = rest.split(['\r', '\n']).map(str::trim_start);
+        let next = lines.find(|line| !line.is_empty() && !line.starts_with(['\'', '\u{1A}']));
+        let next = leading_word(next.unwrap_or_default()).0.to_ascii_uppercase();
+        matches!(next.as_str(), "" | "PROGRAM" | "DATA") && !self.is_program(word)
+    }
+
+    /// Whether the file has a program of this name.
+    fn is_program(&self, name: &str) -> bool {
+        self.source.split(['\r', '\n']).any(|line| {
+            let (word, rest) = leading_word(line.trim_start());
+            let program = leading_word(rest.trim_start()).0;
+            word.eq_ignore_ascii_case("PROGRAM") && program.eq_ignore_ascii_case(name)
+        })
     }
 
     fn after_data(&self) -> bool {
@@ -194,6 +248,7 @@ impl Parser<'_> {
         }
         self.lonely_work();
         self.work = None;
+        self.foreign.clear();
         self.place = Place::Outside;
         self.opened = None;
     }
@@ -265,6 +320,30 @@ impl Parser<'_> {
             return Ok(());
         }
         let start = cursor.span();
+        let word = cursor.foreign_word();
+        // The line that opened the block has been reported.
+        match foreign::part_of(&self.foreign, &word).filter(|_| !cursor.is_assignment()) {
+            Some(Part::Closes(at)) => {
+                self.foreign.truncate(at);
+                return Ok(());
+            }
+            Some(Part::Divides) => return Ok(()),
+            None => {}
+        }
+        let closes_loop = word == "ENDFOR" && !cursor.is_assignment();
+        let call = cursor.is_foreign_call() || closes_loop;
+        if word.starts_with("END ") || call && !self.is_program(&word) {
+            cursor.advance();
+            let whole = if word.contains(' ') {
+                start.to(cursor.span())
+            } else {
+                start
+            };
+            return Diagnostic::fail("E0103", whole, format!("{word} is not a statement"));
+        }
+        let Some(block) = self.file.blocks.last_mut() else {
+            return Ok(());
+        };
         if block.statements.is_empty() && cursor.word("DIM") {
             return cursor.dim(&mut block.dims);
         }
@@ -290,6 +369,30 @@ impl Parser<'_> {
             self.sink.push(Diagnostic::new("E0304", Span::default(), message));
         }
     }
+}
+
+/// A line after its label, in upper case as given.
+fn after_label(text: &str) -> &str {
+    let text = text.trim_start();
+    let (_, rest) = leading_word(text);
+    let statement = rest.trim_start().strip_prefix(':');
+    statement
+        .filter(|rest| !rest.starts_with('='))
+        .map_or(text, str::trim_start)
+}
+
+/// The problem of a line. A remark of another language is one whatever its characters.
+fn remark_of(line: Line, text: &str, problem: Diagnostic) -> Diagnostic {
+    let (word, rest) = leading_word(text.trim_start());
+    if word != "REM" || !rest.starts_with(' ') || matches!(problem.code, "E0003" | "E0004" | "E0005") {
+        return problem;
+    }
+    let start = line.span.start + text.len() - text.trim_start().len();
+    Diagnostic::new(
+        "E0103",
+        Span::new(start, start + word.len()),
+        "REM is not a statement",
+    )
 }
 
 /// `name` or `name(p, q)`.
