@@ -23,6 +23,7 @@ pub use arch::Gate;
 pub use effort::Effort;
 pub use kinematics::{Singularity, Unreachable};
 pub use plan::plan;
+pub(crate) use plan::with_axis;
 pub use run::Motion;
 pub(crate) use scol_mini::geometry::{self as pose, pairwise};
 pub use scol_mini::geometry::{Pose, Transform, normalised};

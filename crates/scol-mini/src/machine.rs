@@ -36,7 +36,8 @@ use evaluate::Execution;
 pub use monitor::{Jump, MonitorAction};
 pub(crate) use place::outside_array;
 use place::{Argument, ValuePlace};
-pub(crate) use trial::{TrialInputs, try_operation, try_value};
+pub(crate) use request_values::FIELD;
+pub(crate) use trial::{TrialInputs, try_operations, try_value};
 
 /// Jumps followed in search of the next motion.
 const MAX_JUMPS_AHEAD: usize = 4;

@@ -4,7 +4,7 @@
 
 use super::{Arm, Frames, transform};
 use crate::model::ArmKind;
-use crate::motion::{Limits, MotionError, Pose, Target, plan};
+use crate::motion::{MotionError, Pose, Target, with_axis};
 
 impl Arm {
     /// Checks the place that a motion leads to: of a position in any posture that it leaves open, of an axis alone
@@ -18,9 +18,8 @@ impl Arm {
         let tool = transform(&frames.tool);
         let (pose, config) = match self.target(motion, &frames, near) {
             Target::Pose(pose, config, _) => (pose, config),
-            axis @ (Target::Axis { .. } | Target::Joints(_)) => {
-                return plan(model, near, &axis, &tool, &Limits::FULL).map(drop);
-            }
+            Target::Axis { axis, value } => return with_axis(model, near, axis, value).map(drop),
+            Target::Joints(joints) => return Ok(model.check_limits(&joints)?),
         };
         let flange = pose.transform().compose(&tool.inverse());
         let flange = Pose::from_transform(&flange, pose.uv);

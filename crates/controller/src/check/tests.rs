@@ -5,7 +5,7 @@
 
 use crate::model::ArmModel;
 use crate::options::{Config, Dialect, FieldBus, UnknownInput};
-use scol_mini::Diagnostic;
+use scol_mini::{Diagnostic, Position, TaughtPoint};
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 use std::string::{String, ToString};
@@ -103,6 +103,24 @@ fn what_an_option_allows_is_not_warned_of() {
     config.options.field_bus = FieldBus::Present;
     config.options.din_unknown = UnknownInput::Zero;
     assert_eq!(said(&config.check(source).diagnostics), [] as [&str; 0]);
+}
+
+/// A taught point is in no line of the file, so the motion to it is reported, once.
+#[test]
+fn a_taught_point_out_of_reach_is_reported_where_a_motion_leads_to_it() {
+    let source = "PROGRAM T\nMOVE NEAR\nMOVES FAR\nMOVE FAR\nEND\n";
+    let point = |name: &str, x: f64| TaughtPoint {
+        name: name.into(),
+        position: Position {
+            coords: [x, 0.0, 200.0, 0.0, 0.0, 0.0, 0.0, 0.0],
+            ..Position::default()
+        },
+    };
+    let mut config = Config::new(Dialect::Field);
+    config.points = vec![point("NEAR", 400.0), point("FAR", 4000.0)];
+    assert_eq!(said(&config.check(source).diagnostics), ["W0624@3"]);
+    let shadowed = source.replace("MOVE NEAR", "DIM FAR AS POINT");
+    assert_eq!(said(&config.check(&shadowed).diagnostics), [] as [&str; 0]);
 }
 
 /// A position whose posture is open is out of reach only when no posture reaches it.

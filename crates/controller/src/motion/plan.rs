@@ -56,14 +56,7 @@ pub fn plan(
             let flange = pose.transform().compose(&tool.inverse());
             planner.joint_motion(&model.inverse_of(&(flange, pose.uv), *config, from)?)
         }
-        Target::Axis { axis, value } => {
-            let (mut to, axes) = (*from, model.axes.len());
-            let joint = to.get_mut(*axis).filter(|_| *axis < axes);
-            let axis = axis.saturating_add(1);
-            *joint.ok_or(MotionError::NoSuchAxis { axis, axes })? = *value;
-            model.check_limits(&to)?;
-            planner.joint_motion(&to)
-        }
+        Target::Axis { axis, value } => planner.joint_motion(&with_axis(model, from, *axis, *value)?),
         Target::Joints(to) => {
             model.check_limits(to)?;
             planner.joint_motion(to)
@@ -79,6 +72,21 @@ pub fn plan(
         }
         Target::Pose(end, config, Route::Arch(gate)) => planner.arch(&planner.ends(end, *config)?, gate),
     }
+}
+
+/// A posture with another value of one axis, from 0.
+pub(crate) fn with_axis(
+    model: &ArmModel,
+    from: &Joints,
+    axis: usize,
+    value: f64,
+) -> Result<Joints, MotionError> {
+    let (mut to, axes) = (*from, model.axes.len());
+    let joint = to.get_mut(axis).filter(|_| axis < axes);
+    let axis = axis.saturating_add(1);
+    *joint.ok_or(MotionError::NoSuchAxis { axis, axes })? = value;
+    model.check_limits(&to)?;
+    Ok(to)
 }
 
 /// The start and end of a motion whose tool point follows a path.

@@ -9,13 +9,14 @@ use alloc::collections::{BTreeMap, BTreeSet};
 use super::Robot;
 use crate::MAX_BCD_DIGITS;
 use crate::builtin::{Builtin, Condition, Numeric};
+use crate::conditions::Conditions;
 use crate::diagnostic::{Diagnostic, Sink, Span};
-use crate::machine::{TrialInputs, outside_array, try_operation, try_value};
+use crate::machine::{TrialInputs, outside_array, try_operations, try_value};
 use crate::options::LanguageOptions;
 use crate::parser::{Block, Declaration, File};
 use crate::points::TaughtPoint;
 use crate::program::{Operation, Owner, Slot};
-use crate::request::{FaultKind, Motion, Path, Request};
+use crate::request::{Fault, FaultKind, Motion, Path, Request};
 use crate::tree::{Ask, Binary, Change, Expression, MotionKind, Node, Simple, Statement, Takes, Variable};
 use crate::value::{Number, Position, Value, ValueKind};
 
@@ -33,6 +34,9 @@ pub(super) fn lint(
         fixed,
         arrays: BTreeMap::new(),
         reported: BTreeSet::new(),
+        reached: BTreeSet::new(),
+        noted: Vec::new(),
+        operations: Vec::new(),
         found: false,
         sink,
     };
@@ -43,6 +47,7 @@ pub(super) fn lint(
             linter.line(&mut located.statement, located.line);
         }
     }
+    linter.try_noted();
     file.globals = globals;
 }
 
@@ -108,6 +113,8 @@ fn fixed_points(file: &mut File, points: &[TaughtPoint]) -> BTreeMap<String, Fix
     }
     let parameters = file.blocks.iter().flat_map(|block| &block.parameters);
     changed.extend(parameters.map(|name| name.text.clone()));
+    let locals = file.blocks.iter().flat_map(|block| &block.dims);
+    changed.extend(locals.map(|declaration| declaration.name.text.clone()));
     fixed.retain(|name, _| !changed.contains(name));
     fixed
 }
@@ -157,6 +164,11 @@ struct Linter<'a> {
     arrays: BTreeMap<String, Slot>,
     /// Points that have been reported.
     reported: BTreeSet<String>,
+    /// Points that a motion without WITH reaches.
+    reached: BTreeSet<String>,
+    /// Statements to be tried, with their operands, and what is tried of each.
+    noted: Vec<(Statement, Vec<Operand>)>,
+    operations: Vec<Operation>,
     /// The statement under way has been reported.
     found: bool,
     sink: &'a mut Sink,
@@ -173,16 +185,11 @@ impl Linter<'_> {
             return;
         }
         statement.each(&mut |statement| match statement {
-            Statement::Simple(Simple::Ask(Ask::Move { motion, with })) => {
-                let simple = Simple::Ask(Ask::Move {
-                    motion: motion.clone(),
-                    with: with.clone(),
-                });
-                self.statement(&Statement::Simple(simple));
-                self.places(motion, with, line);
-            }
             Statement::Simple(Simple::Ask(_) | Simple::Change(_)) | Statement::For(_) => {
-                self.statement(statement);
+                self.note(statement);
+                if let Statement::Simple(Simple::Ask(Ask::Move { motion, with })) = statement {
+                    self.places(motion, with, line);
+                }
             }
             Statement::Simple(Simple::Assign(_) | Simple::Monitors(_) | Simple::Ignore)
             | Statement::Wait(_)
@@ -273,16 +280,32 @@ impl Linter<'_> {
         found
     }
 
-    /// Tries a statement with its constants.
-    fn statement(&mut self, statement: &Statement) {
+    /// Notes a statement with constants, to be tried with all others.
+    fn note(&mut self, statement: &Statement) {
         let mut whole = statement.clone();
         let operands = operands(&mut whole);
-        if !operands.iter().any(|operand| operand.constant) {
-            return;
+        if operands.iter().any(|operand| operand.constant)
+            && let Some(operation) = operation(whole)
+        {
+            self.noted.push((statement.clone(), operands));
+            self.operations.push(operation);
         }
-        let Some(mut reason) = self.refusal(whole, &operands) else {
-            return;
-        };
+    }
+
+    /// Tries the noted statements.
+    fn try_noted(&mut self) {
+        let operations = core::mem::take(&mut self.operations);
+        let tried = try_operations(operations, self.options, &self.inputs());
+        let noted = core::mem::take(&mut self.noted);
+        for ((statement, operands), tried) in noted.iter().zip(tried) {
+            if let Some(reason) = self.refusal(tried, operands) {
+                self.refused(statement, operands, reason);
+            }
+        }
+    }
+
+    /// Reports a statement that is refused, at the operand that is at fault.
+    fn refused(&mut self, statement: &Statement, operands: &[Operand], mut reason: String) {
         // One operand alone is at fault, or the last one does not go with those before it.
         let constants = || {
             operands
@@ -294,7 +317,9 @@ impl Linter<'_> {
         for (number, operand) in constants() {
             let mut single = statement.clone();
             let others = replaced(&mut single, |other, _| other == number);
-            if let Some(single) = self.refusal(single, &others) {
+            let operations = operation(single).into_iter().collect();
+            let tried = try_operations(operations, self.options, &self.inputs()).pop();
+            if let Some(single) = tried.and_then(|tried| self.refusal(tried, &others)) {
                 at_fault = Some((number, operand));
                 reason = single;
                 break;
@@ -314,16 +339,9 @@ impl Linter<'_> {
         self.report(code, operand.span, &reason);
     }
 
-    /// Why the machine, or the robot, refuses a statement.
-    fn refusal(&self, statement: Statement, operands: &[Operand]) -> Option<String> {
-        let operation = if let Statement::Simple(simple) = statement {
-            Operation::Simple(simple)
-        } else if let Statement::For(counting) = statement {
-            Operation::For { counting, exit: 1 }
-        } else {
-            return None;
-        };
-        match try_operation(operation, self.options, &self.inputs()) {
+    /// Why the machine, or the robot, refuses what has been tried.
+    fn refusal(&self, tried: Result<Option<Request>, Fault>, operands: &[Operand]) -> Option<String> {
+        match tried {
             Err(fault) => Some(fault.message),
             Ok(request) => {
                 let request = asked(request?, operands)?;
@@ -344,26 +362,37 @@ impl Linter<'_> {
             MotionKind::Arch([end, _]) => core::slice::from_ref(end),
             MotionKind::Axis(_) | MotionKind::AxisBy(_) | MotionKind::Ready => return,
         };
-        // The conditions of its WITH, those that are constants.
-        let simple = Simple::Ask(Ask::Move {
-            motion: MotionKind::Ready,
-            with: with.to_vec(),
-        });
-        let mut statement = Statement::Simple(simple);
-        operands(&mut statement);
-        let Statement::Simple(simple) = statement else {
-            return;
-        };
-        let request = try_operation(Operation::Simple(simple), self.options, &self.inputs());
-        let Ok(Some(Request::Move(conditions))) = request else {
+        let Some(conditions) = self.conditions(with) else {
             return;
         };
         for end in ends {
-            self.place(end, &conditions, line);
+            self.place(end, &conditions, with.is_empty(), line);
         }
     }
 
-    fn place(&mut self, end: &Expression, motion: &Motion, line: u32) {
+    /// A motion with the conditions of a WITH, those that are constants.
+    fn conditions(&self, with: &[(Condition, Expression)]) -> Option<Motion> {
+        if with.is_empty() {
+            return Some(Motion {
+                path: Path::Ready,
+                conditions: Conditions::default(),
+                over_full: None,
+                own_frames: false,
+            });
+        }
+        let mut statement = Statement::Simple(Simple::Ask(Ask::Move {
+            motion: MotionKind::Ready,
+            with: with.to_vec(),
+        }));
+        operands(&mut statement);
+        let operations = operation(statement).into_iter().collect();
+        match try_operations(operations, self.options, &self.inputs()).pop()? {
+            Ok(Some(Request::Move(motion))) => Some(*motion),
+            Ok(_) | Err(_) => None,
+        }
+    }
+
+    fn place(&mut self, end: &Expression, motion: &Motion, plain: bool, line: u32) {
         let variable = if let Node::Variable(variable) = &end.node {
             Some(variable).filter(|variable| variable.subscripts.is_empty())
         } else {
@@ -375,6 +404,7 @@ impl Linter<'_> {
         });
         let (position, name, datum) = match named {
             Some((_, name)) if self.reported.contains(&name) => return,
+            Some((_, name)) if plain && self.reached.contains(&name) => return,
             Some((fixed, name)) => (fixed.position.clone(), Some(name), fixed.datum),
             None if end.is_constant() => match try_value(end, self.options, &self.inputs()) {
                 Ok(Value::Position(position)) => (*position, None, None),
@@ -387,6 +417,7 @@ impl Linter<'_> {
             ..motion.clone()
         };
         let Some(reason) = self.robot.refusal(&Request::Move(Box::new(motion))) else {
+            self.reached.extend(name.filter(|_| plain));
             return;
         };
         let what = name.as_deref().unwrap_or("this position");
@@ -553,7 +584,7 @@ fn roles(statement: &Statement) -> Vec<Role> {
     }
 }
 
-/// Replaces the operands that are no constants by harmless values; gives all operands that have a role.
+/// Replaces the operands other than constants by harmless values; gives all operands that have a role.
 fn operands(statement: &mut Statement) -> Vec<Operand> {
     replaced(statement, |_, expression| expression.is_constant())
 }
@@ -594,6 +625,17 @@ fn harmless(takes: Takes, digits: bool, span: Span) -> Expression {
         }
     };
     Expression::new(Node::Function(vector, Vec::new()), span)
+}
+
+/// The operation of a statement that is tried.
+fn operation(statement: Statement) -> Option<Operation> {
+    if let Statement::Simple(simple) = statement {
+        Some(Operation::Simple(simple))
+    } else if let Statement::For(counting) = statement {
+        Some(Operation::For { counting, exit: 0 })
+    } else {
+        None
+    }
 }
 
 /// The request as the robot is asked about it: without what only harmless values decide.

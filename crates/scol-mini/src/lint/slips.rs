@@ -9,11 +9,10 @@ use crate::prelude::*;
 use crate::builtin::Builtin;
 use crate::diagnostic::{Diagnostic, Sink, Span};
 use crate::fix::Edit;
-use crate::machine::{NoInputs, try_operation, try_value};
+use crate::machine::{FIELD, NoInputs, try_value};
 use crate::options::LanguageOptions;
 use crate::parser::File;
-use crate::program::Operation;
-use crate::request::{MAX_PRINT, Request};
+use crate::request::MAX_PRINT;
 use crate::tree::{Ask, Binary, Expression, Item, Node, Simple, Statement, Unary};
 use crate::value::Number;
 
@@ -35,7 +34,7 @@ pub(super) fn lint(file: &mut File, source: &str, options: &LanguageOptions, sin
             Statement::Wait(condition) => slips.wait(condition),
             Statement::Select(selector, labels) if labels.len() == 1 => slips.single_label(selector),
             Statement::Simple(Simple::Ask(Ask::Delay(seconds))) => slips.delay(seconds),
-            Statement::Simple(Simple::Ask(print @ Ask::Print { .. })) => slips.print(print, span),
+            Statement::Simple(Simple::Ask(Ask::Print { items, cr, .. })) => slips.print(items, *cr, span),
             Statement::Simple(_)
             | Statement::If { .. }
             | Statement::For(_)
@@ -113,25 +112,18 @@ impl Slips<'_> {
     }
 
     /// W0629: a number takes the same room whatever its value.
-    fn print(&mut self, print: &Ask, span: Span) {
-        let mut print = print.clone();
-        if let Ask::Print { items, .. } = &mut print {
-            for item in items {
-                if let Item::Value(value) = item {
-                    *value = Expression::integer(0, value.span);
-                }
-            }
-        }
-        let operation = Operation::Simple(Simple::Ask(print));
-        if let Ok(Some(Request::Print { data, cut, .. })) = try_operation(operation, self.options, &NoInputs)
-            && cut > 0
-        {
-            let length = data.len() + cut;
-            let message =
-                format!("this PRINT sends {length} characters, and the last {cut} of them are lost");
+    fn print(&mut self, items: &[Item], cr: bool, span: Span) {
+        let lengths = items.iter().map(|item| match item {
+            Item::Text(text) => text.len(),
+            Item::Value(_) => FIELD,
+        });
+        let length = lengths.sum::<usize>() + usize::from(cr);
+        if length > MAX_PRINT {
+            let lost = length - MAX_PRINT;
+            let message = format!("this PRINT sends {length} characters, of which {lost} are lost");
             let problem = Diagnostic::new("W0629", span, message);
             self.sink.push(problem.help(format!(
-                "print at most {MAX_PRINT} characters at once; a number takes 12"
+                "print at most {MAX_PRINT} characters at once; a number takes {FIELD}"
             )));
         }
     }

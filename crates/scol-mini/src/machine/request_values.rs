@@ -21,7 +21,7 @@ const BUFFER_RESET: &str = "BUFFRESET";
 /// Most axes `MOVEA` and `MOVEI` can name.
 pub(super) const MAX_AXIS: u8 = 8;
 /// Width of the field of a number (PRT-04).
-const FIELD: usize = 12;
+pub(crate) const FIELD: usize = 12;
 
 impl Execution<'_> {
     /// The motion conditions as a statement changes them.

@@ -7,6 +7,7 @@ use alloc::sync::Arc;
 
 use super::{Machine, NoInputs, Result};
 use crate::compile::lower;
+use crate::conditions::Conditions;
 use crate::lint::Robot;
 use crate::memory::Memory;
 use crate::options::LanguageOptions;
@@ -32,33 +33,43 @@ pub(crate) fn try_value(
     machine.enter(&program, &mut memory, inputs).evaluate(&expression)
 }
 
-/// Executes one operation without variables; gives its request, if it asks for something.
+/// Executes operations without variables, each by itself; gives the request of each, if it asks for something.
 ///
-/// # Errors
-/// The fault; that of a variable without a value, which is none of the operands, is no error.
-pub(crate) fn try_operation(
-    operation: Operation,
+/// The fault of a variable without a value, which is not an operand, counts as nothing.
+pub(crate) fn try_operations(
+    operations: Vec<Operation>,
     options: &LanguageOptions,
     inputs: &dyn Inputs,
-) -> Result<Option<Request>, Fault> {
-    let step = |operation, head| Step {
+) -> Vec<Result<Option<Request>, Fault>> {
+    // One program for all: most of the time of a trial is that of making one.
+    let steps = operations.into_iter().map(|operation| Step {
         line: 1,
-        head,
+        head: true,
         operation,
-    };
-    let mut steps = Vec::from([step(operation, true), step(Operation::Return, false)]);
+    });
+    let mut steps: Vec<Step> = steps.collect();
     let code = lower::code(&mut steps, &[], &Symbols::default());
-    let program = Program {
+    let program = Arc::new(Program {
         steps,
         code,
         ..Program::without_steps(0, options)
-    };
+    });
     let mut memory = Memory::new(&program);
-    match Machine::main(Arc::new(program)).run(&mut memory, inputs, &mut 1) {
-        Pause::Request(request) => Ok(Some(request)),
-        Pause::Fault(fault) if !matches!(fault.kind, FaultKind::Undefined | FaultKind::Type) => Err(fault),
-        Pause::Fault(_) | Pause::Fuel | Pause::Waiting | Pause::Ended => Ok(None),
-    }
+    let tried = (0..program.steps.len()).map(|at| {
+        let mut machine = Machine {
+            at,
+            ..Machine::main(Arc::clone(&program))
+        };
+        *memory.conditions_mut() = Conditions::default();
+        match machine.run(&mut memory, inputs, &mut 1) {
+            Pause::Request(request) => Ok(Some(request)),
+            Pause::Fault(fault) if !matches!(fault.kind, FaultKind::Undefined | FaultKind::Type) => {
+                Err(fault)
+            }
+            Pause::Fault(_) | Pause::Fuel | Pause::Waiting | Pause::Ended => Ok(None),
+        }
+    });
+    tried.collect()
 }
 
 /// The inputs of a robot at rest, all of them off.

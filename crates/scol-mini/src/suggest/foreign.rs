@@ -160,7 +160,7 @@ impl Suggester<'_> {
         Some(remedy.fix(fix))
     }
 
-    /// Remedy for a name that is no array and reads an input or switches an output in other languages.
+    /// Remedy for a name that reads an input or switches an output in other languages.
     pub(super) fn foreign_name(&self, diagnostic: &Diagnostic) -> Option<Remedy> {
         let span = diagnostic.span;
         let name = self.text(span);

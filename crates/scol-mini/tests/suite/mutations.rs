@@ -136,6 +136,15 @@ fn survive(seed: u64) {
         }
         let checked = check(&source, &options);
         assert!(checked.diagnostics.len() <= MAX_DIAGNOSTICS);
+        for fix in checked
+            .diagnostics
+            .iter()
+            .filter_map(|remark| remark.fix.as_ref())
+        {
+            let inside = source.get(fix.span.start..fix.span.end).is_some();
+            assert!(inside && fix.apply(&source) != source, "{source:?}: {fix:?}");
+            assert!(!fix.title(&source).is_empty());
+        }
         assert_eq!(checked.program.is_some(), compilation.program.is_some());
         let formatted = format(&source);
         assert_eq!(format(&formatted), formatted, "{source:?}");
