@@ -88,7 +88,7 @@ fn warnings(
     let outline = Outline::new(source);
     let mut sink = Sink::new(source);
     for part in &outline.parts {
-        flow::lint(part, broken, &mut sink);
+        flow::lint(part, source, broken, &mut sink);
         values::lint(part, options, &mut sink);
     }
     let mut file = parse_file(source, options, &mut Sink::new(source));

@@ -7,14 +7,15 @@ use crate::prelude::*;
 use alloc::collections::{BTreeMap, BTreeSet};
 
 use crate::diagnostic::{Diagnostic, Sink, Span};
+use crate::fix::Edit;
 use crate::lexer::{Lexeme, Sign};
 use crate::outline::{Part, Row, word};
 
 const MOTIONS: &[&str] = &["MOVE", "MOVES", "MOVEC", "MOVEA", "MOVEI", "MOVEJ", "READY"];
 
-pub(super) fn lint(part: &Part, broken: &BTreeSet<u32>, sink: &mut Sink) {
+pub(super) fn lint(part: &Part, source: &str, broken: &BTreeSet<u32>, sink: &mut Sink) {
     unreachable(part, broken, sink);
-    overtaking(part, sink);
+    overtaking(part, source, sink);
     loops(part, sink);
 }
 
@@ -77,7 +78,7 @@ fn leaving(row: &Row) -> Option<&str> {
 }
 
 /// W0601: a PRINT after a motion, without a statement between that waits for its end.
-fn overtaking(part: &Part, sink: &mut Sink) {
+fn overtaking(part: &Part, source: &str, sink: &mut Sink) {
     let mut moving: Option<(u32, &str)> = None;
     for row in &part.rows {
         if row.label.is_some() {
@@ -92,10 +93,14 @@ fn overtaking(part: &Part, sink: &mut Sink) {
                     let message =
                         format!("this PRINT follows the {motion} of line {line} without waiting for its end");
                     let place = segment.first().map_or(row.line.span, |first| first.span);
-                    let problem = Diagnostic::new("W0601", place, message);
-                    sink.push(problem.help(
+                    let problem = Diagnostic::new("W0601", place, message).help(
                         "put WAIT MOTION >= 100 before it: under ENABLE NOWAIT it is sent before the arm arrives",
-                    ));
+                    );
+                    // Before an IF it would wait in every case.
+                    sink.push(match row.head() {
+                        "PRINT" => problem.fix(Edit::line_before(source, place.start, "WAIT MOTION >= 100")),
+                        _ => problem,
+                    });
                 }
             } else if head == "FOR" || head != "IF" && !segment.iter().any(|l| l.is(Sign::Assign)) {
                 moving = None;
