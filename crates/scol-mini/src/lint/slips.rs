@@ -78,6 +78,12 @@ impl Slips<'_> {
                 .push(problem.help("write a condition, as in WAIT DIN(1) == ON"));
             return;
         }
+        if number >= f64::from(LONG_DELAY) {
+            // Whether seconds or milliseconds are meant is not known.
+            self.sink
+                .push(problem.help("wait for a time with DELAY, which counts in seconds"));
+            return;
+        }
         let problem = problem.help(format!("wait for {number} seconds with DELAY {text}"));
         let before = self.source.get(..span.start).unwrap_or_default().trim_end();
         let word = before.len().checked_sub("WAIT".len());

@@ -239,7 +239,7 @@ impl Suggester<'_> {
         Some(Remedy::from(help).fix(fix))
     }
 
-    /// Remedy for `WAIT FOR condition` and `WAIT UNTIL condition`, and for `FOR I IN range`.
+    /// Remedy for `WAIT FOR condition` and `WAIT UNTIL condition`, `FOR I IN range`, and `MOVEJ` with one point.
     pub(super) fn surplus_word(&self, diagnostic: &Diagnostic) -> Option<Remedy> {
         let before = self.source.get(..diagnostic.span.start)?.trim_end();
         let line = before.rsplit(['\r', '\n']).next()?.to_ascii_uppercase();
@@ -253,6 +253,13 @@ impl Suggester<'_> {
             ("UNTIL", _) if line.trim_end_matches("UNTIL").trim_end().ends_with("WAIT") => {
                 let span = Span::new(before.len() - "UNTIL".len(), before.len());
                 Some(Remedy::from(WAIT).fix(Edit::remove(self.source, span)))
+            }
+            // One point, and the end of the line.
+            (_, "") if line.trim_start().starts_with("MOVEJ ") && !line.contains(',') => {
+                let start = before.len() - line.trim_start().len();
+                let word = Span::new(start, start + "MOVEJ".len());
+                let remedy = "MOVEJ is the arch motion, with two points; a motion of all joints is MOVE";
+                Some(Remedy::from(remedy).fix(Edit::replace(word, "MOVE")))
             }
             (_, "IN") if line.contains("FOR ") => Some("count with FOR and TO, as in FOR I = 1 TO 10".into()),
             _ => None,
