@@ -102,8 +102,9 @@ ROBOT = b"""origin: observed, ts3100 tap 0.1.0 in front of 192.168.0.124
 def sessions():
     """Sessions of editors with the language server: those that were recorded, and one that asks for everything, each in a few orders."""
     for path in sorted((ROOT / "fixtures/sessions").glob("*.jsonl")):
+        sent = [entry["editor"] for entry in map(json.loads, path.read_text().splitlines()) if "editor" in entry]
         for choice in (0, 7):
-            yield f"{path.stem}-{choice}", bytes([choice]) + path.read_bytes()
+            yield f"{path.stem}-{choice}", bytes([choice]) + "\n".join(json.dumps(message, separators=(",", ":")) for message in sent).encode()
     program = "GLOBAL\nN=0\nEND\nPROGRAM M\nL: MOVE UP\nS(P, 2)\nMOVEL P\nIF DIN(3) THEN GOTO L\nEND\nPROGRAM S(A, B)\nEND\nDATA\nPOINT P=1,2,3/\nEND\n"
     uri = {"uri": "file:///c/m.scol"}
     whole = {"start": {"line": 0, "character": 0}, "end": {"line": 99, "character": 0}}

@@ -4,6 +4,7 @@ use super::document::Document;
 use scol_mini::WordKind;
 use scol_mini::editor::{MarkKind, Role, SymbolKind};
 use serde_json::{Value, json};
+use similar::{Algorithm, DiffTag, capture_diff_slices};
 use std::collections::BTreeSet;
 
 /// Types of tokens; the names are those of the protocol, `label` too.
@@ -28,27 +29,27 @@ const MODIFICATION: u32 = 1 << 1;
 const READONLY: u32 = 1 << 2;
 const LIBRARY: u32 = 1 << 3;
 
-/// The edit that formats a file; none if it is formatted. What is alike before and after it is left out, so that cursors stay.
+/// The edits that format a file: the lines that change, so that cursors in others stay.
 pub(super) fn formatting(document: &Document) -> Value {
     let old = document.source();
     let new = scol_mini::format(old);
-    if new == old {
-        return json!([]);
-    }
-    let alike = |a: &mut dyn Iterator<Item = char>, b: &mut dyn Iterator<Item = char>| -> usize {
-        a.zip(b)
-            .take_while(|(a, b)| a == b)
-            .map(|(a, _)| a.len_utf8())
-            .sum()
+    let lines: Vec<&str> = old.split_inclusive('\n').collect();
+    let laid: Vec<&str> = new.split_inclusive('\n').collect();
+    let length = |lines: Option<&[&str]>| {
+        lines
+            .unwrap_or_default()
+            .iter()
+            .map(|line| line.len())
+            .sum::<usize>()
     };
-    let start = alike(&mut old.chars(), &mut new.chars());
-    let (rest, replaced) = (
-        old.get(start..).unwrap_or_default(),
-        new.get(start..).unwrap_or_default(),
-    );
-    let end = alike(&mut rest.chars().rev(), &mut replaced.chars().rev());
-    let text = replaced.get(..replaced.len() - end).unwrap_or_default();
-    json!([{ "range": document.text.span(start..old.len() - end), "newText": text }])
+    let ops = capture_diff_slices(Algorithm::Myers, &lines, &laid);
+    let edits = ops.iter().filter(|op| op.tag() != DiffTag::Equal).map(|op| {
+        let start = length(lines.get(..op.old_range().start));
+        let end = start + length(lines.get(op.old_range()));
+        let text = laid.get(op.new_range()).unwrap_or_default().concat();
+        json!({ "range": document.text.span(start..end), "newText": text })
+    });
+    Value::Array(edits.collect())
 }
 
 /// Blocks, loops, and comments of several lines.

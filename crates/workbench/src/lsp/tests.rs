@@ -798,7 +798,8 @@ fn formatting_touches_only_what_changes() {
     let of = json!({ "textDocument": { "uri": address("t.scol") }, "options": { "tabSize": 8, "insertSpaces": false } });
     let edits = editor.ask("textDocument/formatting", of.clone());
     assert_eq!(edits[0]["range"]["start"], json!({ "line": 2, "character": 0 }));
-    assert_eq!(edits[0]["range"]["end"]["line"], 2);
+    assert_eq!(edits[0]["range"]["end"], json!({ "line": 3, "character": 0 }));
+    assert_eq!(edits.as_array().unwrap().len(), 1);
     let formatted = edited(text, &edits);
     assert_eq!(formatted, scol_mini::format(text));
     editor.change("t.scol", json!([{ "text": formatted }]));
@@ -926,4 +927,60 @@ fn a_request_that_is_cancelled_before_its_turn_is_not_carried_out() {
     };
     editor.send(&[change("A"), change("B"), change("PROGRAM T\nEND\n")]);
     assert_eq!(editor.diagnostics("pick.scol"), []);
+}
+
+/// A message without the words that the documentation and the messages of the language have.
+fn without_words(value: &Value) -> Value {
+    match value {
+        Value::Object(fields) => {
+            let words = ["value", "detail", "message", "data", "version"];
+            let kept = fields.iter().filter(|(name, _)| !words.contains(&name.as_str()));
+            Value::Object(
+                kept.map(|(name, value)| (name.clone(), without_words(value)))
+                    .collect(),
+            )
+        }
+        Value::Array(list) => Value::Array(list.iter().map(without_words).collect()),
+        Value::Null | Value::Bool(_) | Value::Number(_) | Value::String(_) => value.clone(),
+    }
+}
+
+/// The responses by their requests, and the last diagnostics of each file. Those between depend on what arrives together.
+fn outcome(messages: &[Value]) -> BTreeMap<String, Value> {
+    let key = |message: &Value| match message.get("method") {
+        None => message["id"].to_string(),
+        Some(method) => format!("{method} {}", message["params"]["uri"]),
+    };
+    messages
+        .iter()
+        .map(|message| (key(message), without_words(message)))
+        .collect()
+}
+
+#[test]
+fn recorded_sessions_are_answered_as_they_were() {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../fixtures/sessions");
+    let mut played = 0;
+    for entry in std::fs::read_dir(folder).unwrap() {
+        let path = entry.unwrap().path();
+        if path.extension().is_none_or(|end| end != "jsonl") {
+            continue;
+        }
+        let settings = Settings {
+            model: ArmModel::by_name("ts3100-tv800").unwrap(),
+            points: None,
+        };
+        let mut server = Server::new(Memory::default(), settings);
+        let (mut expected, mut found) = (Vec::new(), Vec::new());
+        for line in std::fs::read_to_string(&path).unwrap().lines() {
+            let entry: Value = serde_json::from_str(line).unwrap();
+            match entry.get("editor") {
+                Some(message) => found.extend(server.receive([message.to_string().as_bytes()])),
+                None => expected.push(entry["server"].clone()),
+            }
+        }
+        assert_eq!(outcome(&found), outcome(&expected), "{}", path.display());
+        played += 1;
+    }
+    assert!(played >= 2, "{played} sessions");
 }
