@@ -51,7 +51,7 @@ pub struct Diagnostic {
     pub message: String,
     /// Remedy, if there is one.
     pub help: Option<String>,
-    /// Change of the source that carries the remedy out, where one change is certain.
+    /// Change of the source that carries the remedy out, if it names one.
     pub fix: Option<Box<Edit>>,
 }
 
@@ -88,7 +88,12 @@ impl Diagnostic {
         self
     }
 
+    /// Attaches a change. That of a warning is never certain: it changes a program that compiles.
     pub(crate) fn fix(mut self, fix: Edit) -> Self {
+        let fix = match self.severity {
+            Severity::Error => fix,
+            Severity::Warning => fix.uncertain(),
+        };
         self.fix = Some(Box::new(fix));
         self
     }

@@ -1,7 +1,7 @@
 //! Changes of the source that remove a diagnostic: what an editor offers as a quick fix.
 //!
-//! A diagnostic has one when its help names one certain change. `suggest` makes those of errors; the lexer, the parser
-//! and the lints attach their own.
+//! A diagnostic has one when its help names one change; [`Edit::is_certain`] says which are carried out unasked. `suggest`
+//! makes those of errors; the lexer, the parser and the lints attach their own.
 
 use crate::lines::{Span, line_end};
 use crate::prelude::*;
@@ -13,13 +13,28 @@ pub struct Edit {
     pub span: Span,
     /// The new text, with the line endings of the source; may be empty.
     pub text: String,
+    /// Whether an editor may make the change without asking. A guessed name of the user is not certain, since another
+    /// point may be meant; neither is a change of a program that compiles.
+    pub is_certain: bool,
 }
 
 impl Edit {
     /// Replaces a place by a text.
     pub(crate) fn replace(span: Span, text: impl Into<String>) -> Edit {
         let text = text.into();
-        Edit { span, text }
+        Edit {
+            span,
+            text,
+            is_certain: true,
+        }
+    }
+
+    /// The same change, to be made only when the user chooses it.
+    pub(crate) fn uncertain(self) -> Edit {
+        Edit {
+            is_certain: false,
+            ..self
+        }
     }
 
     /// Removes a place and the blanks that follow it.

@@ -5,6 +5,7 @@
 mod foreign;
 
 use crate::prelude::*;
+use alloc::collections::BTreeSet;
 
 use crate::builtin::{self, Builtin, System};
 use crate::diagnostic::{Diagnostic, Severity, Span};
@@ -324,7 +325,22 @@ pub(crate) fn is_nearly(found: &str, word: &str) -> bool {
     found == word || nearest(found, [word].into_iter()).is_some()
 }
 
-/// The nearest of the candidates, if one is near enough.
+/// Whether two names differ in their digits alone, as PICK1 and PICK2 do: they are two names, not a misspelt one.
+fn differ_in_digits(a: &str, b: &str) -> bool {
+    let letters = |name: &str| {
+        name.bytes()
+            .filter(|byte| !byte.is_ascii_digit())
+            .collect::<Vec<_>>()
+    };
+    letters(a) == letters(b)
+}
+
+/// Whether a word is one of the language rather than a name of the user.
+fn is_word(word: &str) -> bool {
+    builtin::words().any(|known| known == word)
+}
+
+/// The nearest of the candidates, if one is near enough. Among names of the user that are equally near there is none.
 fn nearest<'a>(found: &str, candidates: impl Iterator<Item = &'a str>) -> Option<&'a str> {
     let most = match found.len() {
         2..=5 => 1,
@@ -338,20 +354,32 @@ fn nearest<'a>(found: &str, candidates: impl Iterator<Item = &'a str>) -> Option
     };
     let near = |word: &&str| word.len().abs_diff(found.len()) <= most && word.len() > 1 && *word != found;
     let near = candidates.take(MAX_CANDIDATES).filter(near);
+    let near = near.filter(|word| is_word(word) || !differ_in_digits(found, word));
     let rated = near.map(|word| (distance(found, word), usize::MAX - alike(word), word));
-    let (letters, _, word) = rated.min()?;
+    let rated: BTreeSet<_> = rated.collect();
+    let (letters, _, word) = *rated.first()?;
+    let mut rivals = rated.iter().filter(|(other, _, _)| *other == letters);
+    let is_tied = rivals.clone().count() > 1 && rivals.any(|(_, _, word)| !is_word(word));
+    if is_tied {
+        return None;
+    }
     // Two letters that differ in one are no misspelling of each other unless they are swapped.
     let swapped = found.bytes().rev().eq(word.bytes());
     let short = found.len() == 2 && word.len() == 2 && !swapped;
     (letters <= most && !short).then_some(word)
 }
 
-/// Suggests the nearest of the candidates for the word at this place.
+/// Suggests the nearest of the candidates for the word at this place. The change is certain for a word of the language
+/// alone.
 fn did_you_mean<'a>(found: &str, span: Span, candidates: impl Iterator<Item = &'a str>) -> Option<Remedy> {
     // The name after TASK is a string.
     let quote = if found.starts_with('"') { "\"" } else { "" };
     let word = nearest(found.trim_matches('"'), candidates)?;
     let edit = Edit::replace(span, format!("{quote}{word}{quote}"));
+    let edit = match is_word(word) && !differ_in_digits(found, word) {
+        true => edit,
+        false => edit.uncertain(),
+    };
     Some(Remedy::from(format!("did you mean {word}?")).fix(edit))
 }
 
@@ -398,5 +426,28 @@ mod tests {
         assert_eq!(of("N"), None);
         assert_eq!(of("GRIPPER"), None);
         assert_eq!(of(&"X".repeat(300)), None);
+    }
+
+    #[test]
+    fn a_name_of_the_user_is_guessed_only_where_one_is_nearest() {
+        let of = |word: &str, names: &[&'static str]| nearest(word, names.iter().copied());
+        assert_eq!(of("HOEM", &["HOME", "PICK1"]), Some("HOME"));
+        assert_eq!(of("HOEM", &["HOME", "HOME"]), Some("HOME"));
+        // Two names that differ in digits are two points.
+        for (found, known) in [
+            ("PICK2", "PICK1"),
+            ("P11", "P1"),
+            ("PICK", "PICK1"),
+            ("P12", "P21"),
+        ] {
+            assert_eq!(of(found, &[known]), None, "{found} {known}");
+        }
+        // The robot would go to one of them, and which is not known.
+        assert_eq!(of("SIGHT", &["RIGHT", "NIGHT"]), None);
+        assert_eq!(of("SPEE", &["SPEED", "SPEC"]), None);
+        let found = did_you_mean("HOEM", Span::default(), ["HOME"].into_iter()).unwrap();
+        assert!(!found.fix.unwrap().is_certain);
+        let found = did_you_mean("MOEV", Span::default(), ["MOVE"].into_iter()).unwrap();
+        assert!(found.fix.unwrap().is_certain);
     }
 }

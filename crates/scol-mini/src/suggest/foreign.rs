@@ -234,6 +234,8 @@ impl Suggester<'_> {
                 known.then(|| Edit::remove(self.source, span))
             }
             "LET" => Some(Edit::remove(self.source, span)),
+            // Others count in milliseconds.
+            "SLEEP" | "DWELL" => ours.map(|ours| Edit::replace(span, ours).uncertain()),
             _ => ours.map(|ours| Edit::replace(span, ours)),
         };
         Some(Remedy::from(help).fix(fix))

@@ -56,6 +56,7 @@ fn diagnostic_json(diagnostic: &Diagnostic, source: &str) -> Value {
             "offset": fix.span.start,
             "length": fix.span.end.saturating_sub(fix.span.start),
             "text": fix.text,
+            "certain": fix.is_certain,
         })),
         "line": diagnostic.line,
         "column": place.start,
@@ -148,7 +149,8 @@ fn sarif_result(name: &str, source: &str, diagnostic: &Diagnostic, rule: Option<
             },
         } }],
     });
-    if let Some(fix) = &diagnostic.fix {
+    // Viewers may carry all fixes of a document out at once.
+    if let Some(fix) = diagnostic.fix.as_ref().filter(|fix| fix.is_certain) {
         result["fixes"] = json!([{
             "description": { "text": fix.title(source) },
             "artifactChanges": [{
@@ -199,10 +201,25 @@ mod tests {
         assert_eq!((&first["endColumn"], &first["length"]), (&json!(10), &json!(2)));
         let second = &found["files"][0]["diagnostics"][1];
         assert_eq!(second["help"], "did you mean MOVE?");
-        let fix = json!({ "title": "replace MOV by MOVE", "offset": 21, "length": 3, "text": "MOVE" });
+        let fix = json!({
+            "title": "replace MOV by MOVE", "offset": 21, "length": 3, "text": "MOVE", "certain": true
+        });
         assert_eq!(second["fix"], fix);
         assert_eq!(first["fix"], Value::Null);
         assert_eq!(found["files"][1]["unreadable"], "not there");
+    }
+
+    #[test]
+    fn a_guessed_name_is_no_fix_of_sarif() {
+        let files = files("PROGRAM T\n  MOVE HOEM\nEND\nDATA\n  POINT HOME=1/\nEND\n");
+        let json = json(&files);
+        let fix = &json["files"][0]["diagnostics"][0]["fix"];
+        assert_eq!((&fix["text"], &fix["certain"]), (&json!("HOME"), &json!(false)));
+        let sarif = sarif(&files);
+        let result = &sarif["runs"][0]["results"][0];
+        let text = result["message"]["text"].as_str().unwrap();
+        assert!(text.contains("did you mean HOME?"), "{text}");
+        assert_eq!(result["fixes"], Value::Null);
     }
 
     #[test]
