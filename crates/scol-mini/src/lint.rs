@@ -87,8 +87,8 @@ fn warnings(
 ) -> Vec<Diagnostic> {
     let outline = Outline::new(source);
     let mut sink = Sink::new(source);
+    flow::lint(&outline, source, broken, &mut sink);
     for part in &outline.parts {
-        flow::lint(part, source, broken, &mut sink);
         values::lint(part, options, &mut sink);
     }
     let mut file = parse_file(source, options, &mut Sink::new(source));

@@ -8,15 +8,50 @@ use alloc::collections::{BTreeMap, BTreeSet};
 
 use crate::diagnostic::{Diagnostic, Sink, Span};
 use crate::fix::Edit;
-use crate::lexer::{Lexeme, Sign};
-use crate::outline::{Part, Row, word};
+use crate::lexer::{Lexeme, Sign, Token};
+use crate::outline::{Outline, Part, Row, sign, word};
 
 const MOTIONS: &[&str] = &["MOVE", "MOVES", "MOVEC", "MOVEA", "MOVEI", "MOVEJ", "READY"];
 
-pub(super) fn lint(part: &Part, source: &str, broken: &BTreeSet<u32>, sink: &mut Sink) {
-    unreachable(part, broken, sink);
-    overtaking(part, source, sink);
-    loops(part, sink);
+pub(super) fn lint(outline: &Outline, source: &str, broken: &BTreeSet<u32>, sink: &mut Sink) {
+    // A statement after a motion begins when the arm rests unless the file sets something else.
+    let early = outline.parts.iter().flat_map(|part| &part.rows).find_map(early);
+    for part in &outline.parts {
+        unreachable(part, broken, sink);
+        if let Some(early) = &early {
+            overtaking(part, source, early, sink);
+        }
+        loops(part, sink);
+    }
+}
+
+/// What lets the statement after a motion begin before the arm rests, if the row sets it: `ENABLE NOWAIT of line 3`.
+fn early(row: &Row) -> Option<String> {
+    let words = row.body.iter().enumerate().filter_map(|(at, lexeme)| {
+        let next = row.body.get(at + 1);
+        let value = row.body.get(at + 2).filter(|_| sign(next) == Some(Sign::Assign));
+        match (lexeme.word(), word(next)) {
+            ("ENABLE", switched @ ("NOWAIT" | "PASS")) => Some(format!("ENABLE {switched}")),
+            ("PASS", _) => value.filter(|value| !is_zero(value)).map(|_| "PASS".to_string()),
+            // COARSE is 0; any other constant is FINE.
+            ("ACCUR", _) => match &value?.token {
+                Token::Word(word) if word == "FINE" => None,
+                Token::Integer(1..) => None,
+                _ => Some("ACCUR".to_string()),
+            },
+            _ => None,
+        }
+    });
+    let line = row.line.number;
+    words.map(|setting| format!("{setting} of line {line}")).next()
+}
+
+fn is_zero(lexeme: &Lexeme) -> bool {
+    match lexeme.token {
+        Token::Integer(number) => number == 0,
+        Token::Real(number) => number == 0.0,
+        Token::Word(_) | Token::Text(_) | Token::Sign(_) => false,
+    }
 }
 
 /// The place of a row without its label.
@@ -77,8 +112,8 @@ fn leaving(row: &Row) -> Option<&str> {
     }
 }
 
-/// W0601: a PRINT after a motion, without a statement between that waits for its end.
-fn overtaking(part: &Part, source: &str, sink: &mut Sink) {
+/// W0601: a PRINT after a motion, without a statement between that waits for its end. `early` lets it begin before.
+fn overtaking(part: &Part, source: &str, early: &str, sink: &mut Sink) {
     let mut moving: Option<(u32, &str)> = None;
     for row in &part.rows {
         if row.label.is_some() {
@@ -93,9 +128,9 @@ fn overtaking(part: &Part, source: &str, sink: &mut Sink) {
                     let message =
                         format!("this PRINT follows the {motion} of line {line} without waiting for its end");
                     let place = segment.first().map_or(row.line.span, |first| first.span);
-                    let problem = Diagnostic::new("W0601", place, message).help(
-                        "put WAIT MOTION >= 100 before it: under ENABLE NOWAIT it is sent before the arm arrives",
-                    );
+                    let problem = Diagnostic::new("W0601", place, message).help(format!(
+                        "put WAIT MOTION >= 100 before it: with the {early} it may be sent before the arm arrives"
+                    ));
                     // Before an IF it would wait in every case.
                     sink.push(match row.head() {
                         "PRINT" => problem.fix(Edit::line_before(source, place.start, "WAIT MOTION >= 100")),
