@@ -25,7 +25,7 @@ pub(super) fn lint(outline: &Outline, source: &str, broken: &BTreeSet<u32>, sink
     }
 }
 
-/// What lets the statement after a motion begin before the arm rests, if the row sets it: `ENABLE NOWAIT of line 3`.
+/// Setting of this row that lets the statement after a motion begin before the arm rests: `ENABLE NOWAIT of line 3`.
 fn early(row: &Row) -> Option<String> {
     let words = row.body.iter().enumerate().filter_map(|(at, lexeme)| {
         let next = row.body.get(at + 1);
@@ -33,17 +33,17 @@ fn early(row: &Row) -> Option<String> {
         match (lexeme.word(), word(next)) {
             ("ENABLE", switched @ ("NOWAIT" | "PASS")) => Some(format!("ENABLE {switched}")),
             ("PASS", _) => value.filter(|value| !is_zero(value)).map(|_| "PASS".to_string()),
-            // COARSE is 0; any other constant is FINE.
-            ("ACCUR", _) => match &value?.token {
-                Token::Word(word) if word == "FINE" => None,
-                Token::Integer(1..) => None,
-                _ => Some("ACCUR".to_string()),
-            },
+            ("ACCUR", _) => value.filter(|value| !is_fine(value)).map(|_| "ACCUR".to_string()),
             _ => None,
         }
     });
     let line = row.line.number;
     words.map(|setting| format!("{setting} of line {line}")).next()
+}
+
+/// Whether it is FINE or a number that means it; COARSE is 0.
+fn is_fine(lexeme: &Lexeme) -> bool {
+    lexeme.word() == "FINE" || matches!(lexeme.token, Token::Integer(1..))
 }
 
 fn is_zero(lexeme: &Lexeme) -> bool {
