@@ -33,7 +33,10 @@ pub(crate) fn attach(source: &str, arm: Arm, diagnostics: &mut [Diagnostic]) {
         arm,
         outline: Outline::new(source),
     };
-    for diagnostic in diagnostics.iter_mut().filter(|d| d.severity == Severity::Error) {
+    // The parser knows the remedy of an error to which it has attached a fix.
+    let open =
+        |diagnostic: &&mut Diagnostic| diagnostic.severity == Severity::Error && diagnostic.fix.is_none();
+    for diagnostic in diagnostics.iter_mut().filter(open) {
         if let Some(remedy) = suggester.remedy(diagnostic) {
             let guess = remedy.help.starts_with("did you mean");
             match diagnostic.help.take() {
@@ -146,7 +149,9 @@ impl Suggester<'_> {
             "E0203" => self.foreign(diagnostic.span).or_else(|| {
                 let programs = self.outline.parts.iter().filter_map(|part| part.name.as_ref());
                 let words = programs.map(|name| name.text.as_str());
-                let meant = did_you_mean(&found, diagnostic.span, words.chain(builtin::words()));
+                // A misspelt END is one where a block could end, which the parser decides.
+                let words = words.chain(builtin::words()).filter(|word| *word != "END");
+                let meant = did_you_mean(&found, diagnostic.span, words);
                 let add = || format!("add PROGRAM {} to the file", found.trim_matches('"')).into();
                 meant.or_else(|| Some(add()))
             }),

@@ -159,17 +159,21 @@ impl Parser<'_> {
             }
             // What follows END names what it closes in other languages.
             ("END", _) if cursor.foreign_word() == "END" && !cursor.is_assignment() => {
+                let end = cursor.span().end;
                 cursor.advance();
-                let (problem, rest) = (cursor.expected("the end of the line"), cursor.span());
-                let problem = problem.help("close a block with END alone");
-                let end = tokens.last().map_or(rest, |last| rest.to(last.span));
+                let problem = cursor
+                    .expected("the end of the line")
+                    .help("close a block with END alone");
+                let last = tokens.last().map_or(end, |last| last.span.end);
+                let end = Span::new(end, last);
                 self.sink.push(problem.fix(Edit::replace(end, "")));
                 self.close(line.number);
                 Ok(())
             }
             (_, Place::Program | Place::Global | Place::Data) if alone && self.is_end(line, word) => {
                 let message = format!("{word} is neither a statement nor a program of this file");
-                self.sink.push(Diagnostic::new("E0203", cursor.span(), message));
+                let problem = Diagnostic::new("E0203", cursor.span(), message).help("did you mean END?");
+                self.sink.push(problem.fix(Edit::replace(cursor.span(), "END")));
                 self.close(line.number);
                 Ok(())
             }

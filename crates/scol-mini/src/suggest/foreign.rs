@@ -136,6 +136,11 @@ impl Suggester<'_> {
     /// Remedy for an input or an output of another language: `IN(1)`, `OUT[1] = TRUE`. `after` is the rest of its line.
     fn line(&self, name: &str, number: &str, span: Span, after: &str) -> Option<Remedy> {
         let (name, number) = (name.to_ascii_uppercase(), number.trim());
+        // Written in this way already, it is in the wrong place.
+        let is_ours = [format!("DIN({number})"), format!("DOUT({number})")].contains(&self.text(span));
+        if is_ours && !after.trim_start().starts_with('=') {
+            return None;
+        }
         if INPUTS.contains(&name.as_str()) {
             let read = Edit::replace(span, format!("DIN({number})"));
             return Some(Remedy::from(format!("read an input with {}", read.text)).fix(read));
