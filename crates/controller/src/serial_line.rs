@@ -138,6 +138,9 @@ pub struct DepartedPeer {
     pub bytes_left: usize,
     /// The next peer, if it is connected already.
     pub next_peer: Option<String>,
+    /// Earliest and latest time of the SP that waits for the next peer. Earlier snapshots have none.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub next_sp: Option<(Time, Time)>,
 }
 
 impl SerialLine {

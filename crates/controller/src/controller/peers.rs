@@ -75,10 +75,16 @@ impl Controller {
         };
         self.disconnected(port);
         let departed = before.departed_peer.as_ref();
-        let Some(next) = departed.and_then(|leaving| leaving.next_peer.clone()) else {
+        let Some((next, sp)) =
+            departed.and_then(|leaving| Some((leaving.next_peer.clone()?, leaving.next_sp)))
+        else {
             return;
         };
         self.connected(port, &next);
+        // The program has stopped since the next host connected: the SP is for that host.
+        if let (Some(window), Some(session)) = (sp, self.endpoints.sessions.get_mut(&port)) {
+            session.await_sp(window);
+        }
         // `disconnected()` has reset the line: the settings of the new host, and bytes printed for it, come back.
         self.endpoints.take_over_line(port, before);
         self.receive_from_lines();

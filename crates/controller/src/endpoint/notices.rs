@@ -28,23 +28,37 @@ impl Endpoints {
         for session in self.sessions.values_mut() {
             session.waiting_sp = false;
         }
+        let departed = self.lines.values_mut();
+        for departed in departed.filter_map(|line| line.departed_peer.as_mut()) {
+            departed.next_sp = None;
+        }
     }
 
     /// Lets an SP wait on every port whose host is to be told of stops (D7).
     pub(crate) fn announce_stop(&mut self, context: &Context) {
         let (now, rule) = (context.now, context.config.options.unsolicited_sp);
         for session in self.sessions.values_mut() {
+            // While bytes of a departed host are still on the line, the session is that host's. The next one may be connected
+            // already: it is told, and nothing that it has sent has come yet.
+            let line = self.lines.get_mut(&session.port);
+            let departed = line.and_then(|line| line.departed_peer.as_mut());
+            let (connected, polls) = match &departed {
+                Some(departed) => (departed.next_peer.is_some(), false),
+                None => (session.peer.is_some(), session.never_told_of_stops),
+            };
             let told = match rule {
-                UnsolicitedSp::Auto => !session.never_told_of_stops,
+                UnsolicitedSp::Auto => !polls,
                 UnsolicitedSp::Always => true,
                 UnsolicitedSp::Never => false,
             };
-            if told && session.peer.is_some() {
-                session.waiting_sp = true;
+            if told && connected {
                 let delay = self.variation.as_mut().map(Variation::sp_delay);
-                session.sp_after = now + delay.unwrap_or_default();
-                // The variation delays SP within this limit, not beyond it.
-                session.sp_by = now + MAX_SP_DELAY;
+                // The variation delays SP within the limit, not beyond it.
+                let window = (now + delay.unwrap_or_default(), now + MAX_SP_DELAY);
+                match departed {
+                    Some(departed) => departed.next_sp = Some(window),
+                    None => session.await_sp(window),
+                }
             }
         }
     }

@@ -155,6 +155,7 @@ impl Endpoints {
         line.departed_peer = Some(DepartedPeer {
             bytes_left: line.inbound.queued(),
             next_peer: None,
+            next_sp: None,
         });
         true
     }
@@ -169,6 +170,7 @@ impl Endpoints {
             return false;
         };
         leaving.next_peer = Some(peer.to_string());
+        leaving.next_sp = None;
         if line.inbound.drained_to_at(0) > context.now + DEPARTED_LINE_TIME {
             let queued = line.inbound.queued();
             self.purge_line(context, port);

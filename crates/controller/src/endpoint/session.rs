@@ -159,6 +159,13 @@ impl Session {
         self.awaits_host().then(|| since + HOST_TIMEOUT)
     }
 
+    /// Lets an SP wait: its earliest and latest time.
+    pub fn await_sp(&mut self, (after, by): (Time, Time)) {
+        self.waiting_sp = true;
+        self.sp_after = after;
+        self.sp_by = by;
+    }
+
     /// When a waiting SP may be sent, unless an exchange is open: a host that compares a reply by its length must
     /// not find SP glued to its OK (hosts.md 1.3), so it keeps the pause that is asked of hosts (TRN-04). A host that
     /// never pauses gets it at `sp_by`.
