@@ -5,6 +5,7 @@
 //! server answers `shutdown` at the end. The same bytes are cut into messages as a stream, too.
 
 use serde_json::{Value, json};
+use std::io;
 use std::path::{Path, PathBuf};
 use ts3100_controller::model::ArmModel;
 use ts3100_workbench::framing;
@@ -25,8 +26,11 @@ const CUT: u8 = 8;
 struct Disk;
 
 impl Project for Disk {
-    fn read(&self, path: &Path) -> Option<String> {
-        path.ends_with("points.csv").then(|| POINTS.to_owned())
+    fn read(&self, path: &Path) -> io::Result<String> {
+        match path.ends_with("points.csv") {
+            true => Ok(POINTS.to_owned()),
+            false => Err(io::ErrorKind::NotFound.into()),
+        }
     }
 
     fn programs(&self, folder: &Path) -> Vec<PathBuf> {

@@ -69,8 +69,8 @@ impl Book {
     }
 }
 
-/// Order of passages about a word: a section or a row about it, one that has it in its first cell, one that leads elsewhere or
-/// is a rule, the list of words.
+/// Order of passages about a word: a section or a row about it, one that has it in its first cell, the list of words, one that
+/// leads elsewhere or is a rule.
 fn rank(passage: &Passage<'_>, word: &str) -> u8 {
     let cells = passage.cells();
     let Some((heading, subject)) = cells.first() else {
@@ -83,9 +83,15 @@ fn rank(passage: &Passage<'_>, word: &str) -> u8 {
             !rest.starts_with(|letter: char| letter.is_ascii_alphanumeric() || letter == '_')
         })
     });
+    let has = subject.split('`').skip(1).step_by(2).any(|form| {
+        form.split(|letter: char| !letter.is_ascii_alphanumeric() && letter != '_')
+            .any(|found| found == word)
+    });
     match begins {
-        _ if passage.page.path == WORDS => MENTION + 1,
-        _ if heading == "Rule" || effect.starts_with("see ") || effect.contains(", see ") => MENTION,
+        _ if passage.page.path == WORDS => MENTION,
+        _ if heading == "Rule" || !has || effect.starts_with("see ") || effect.contains(", see ") => {
+            MENTION + 1
+        }
         true => 0,
         false => 1,
     }

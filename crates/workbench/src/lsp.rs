@@ -73,6 +73,8 @@ pub struct Server<P> {
     changed: BTreeSet<String>,
     /// Tables of points with a diagnostic.
     marked_tables: BTreeSet<String>,
+    /// Messages about tables that cannot be read, each of which is shown once.
+    reported: BTreeSet<String>,
 }
 
 /// Place in an open file.
@@ -144,6 +146,7 @@ impl<P: Project> Server<P> {
             documents: BTreeMap::new(),
             changed: BTreeSet::new(),
             marked_tables: BTreeSet::new(),
+            reported: BTreeSet::new(),
         }
     }
 
@@ -223,7 +226,10 @@ impl<P: Project> Server<P> {
                 let AtRange { text_document, range } = params.parse()?;
                 let document = self.open(&text_document.uri)?;
                 return Ok(match method {
-                    "textDocument/codeAction" => diagnose::actions(document, range),
+                    "textDocument/codeAction" => {
+                        let only = params.0.pointer("/context/only").and_then(Value::as_array);
+                        diagnose::actions(document, range, only.map(Vec::as_slice))
+                    }
                     _ => describe::hints(document, document.text.bytes(range)),
                 });
             }
@@ -360,6 +366,10 @@ impl<P: Project> Server<P> {
         match method {
             "textDocument/didOpen" => {
                 let OpenedText { uri, version, text } = params.parse::<Opened>()?.text_document;
+                // Editors that go by the folder open the table of points as a program.
+                if uri.to_ascii_lowercase().ends_with(".csv") {
+                    return Ok(());
+                }
                 if self.documents.len() >= MAX_OPEN && !self.documents.contains_key(&uri) {
                     let message = format!("{MAX_OPEN} files are open; close some of them");
                     return Err(ResponseError::invalid_params(message));
@@ -429,6 +439,7 @@ impl<P: Project> Server<P> {
 
     fn send_diagnostics(&mut self, out: &mut Vec<Value>) {
         let mut tables = BTreeMap::new();
+        let mut unreadable = BTreeSet::new();
         for uri in std::mem::take(&mut self.changed) {
             let Some(document) = self.documents.get(&uri) else {
                 continue;
@@ -440,6 +451,15 @@ impl<P: Project> Server<P> {
                 &diagnose::diagnostics(document, explanation),
             ));
             tables.extend(diagnose::table_diagnostic(document));
+            unreadable.extend(document.table.unreadable.clone());
+        }
+        for message in unreadable {
+            if self.reported.insert(message.clone()) {
+                out.push(rpc::notification(
+                    "window/showMessage",
+                    &json!({ "type": 1, "message": message }),
+                ));
+            }
         }
         for (uri, diagnostics) in tables {
             let is_marked = !diagnostics.is_empty();

@@ -7,6 +7,7 @@ use super::exit::{NEGATIVE, UNUSABLE};
 use super::input;
 use super::programs::{self, FolderError};
 use crate::config::model::ModelChoice;
+use crate::config::read_points;
 use crate::instances;
 use crate::log::print_error;
 use clap::Args;
@@ -20,12 +21,17 @@ use std::thread;
 use tracing::debug;
 use ts3100_book::{Passage, book};
 use ts3100_controller::model::ArmModel;
+use ts3100_driver::files;
+use ts3100_driver::pc_file::MAX_PC_FILE;
 use ts3100_recording::uri;
 use ts3100_workbench::framing::{self, FramingError};
 use ts3100_workbench::lsp::{Project, Server, Settings, SettingsError};
 
 /// Messages that are read ahead; an editor that sends more waits.
 const AHEAD: usize = 256;
+
+/// Most entries of a folder among which files without an ending are looked for.
+const MAX_ENTRIES: usize = 10_000;
 
 /// Serve SCOL to an editor (Language Server Protocol over stdin and stdout).
 ///
@@ -48,10 +54,13 @@ pub(super) struct LspArgs {
 
 /// Serves until the editor says `exit` or closes the stream.
 pub(super) fn run(args: &LspArgs) -> anyhow::Result<u8> {
-    let settings = Settings {
-        model: args.model.read()?,
-        points: args.points.clone(),
-    };
+    let model = args.model.read()?;
+    let points = args.points.as_ref().map(std::path::absolute).transpose()?;
+    if let Some(points) = &points {
+        // Whoever names a table wants its points.
+        read_points(points, model.language())?;
+    }
+    let settings = Settings { model, points };
     let (sender, messages) = sync_channel(AHEAD);
     // It ends with the process, since a read of stdin cannot be given up.
     thread::Builder::new().name("stdin".to_owned()).spawn(move || {
@@ -107,8 +116,15 @@ struct Disk {
 }
 
 impl Project for Disk {
-    fn read(&self, path: &Path) -> Option<String> {
-        input::read_program(path).ok()
+    fn read(&self, path: &Path) -> io::Result<String> {
+        let is_table = path
+            .extension()
+            .is_some_and(|end| end.eq_ignore_ascii_case("csv"));
+        if is_table {
+            files::read_text(path, MAX_PC_FILE)
+        } else {
+            input::read_program(path)
+        }
     }
 
     fn programs(&self, folder: &Path) -> Vec<PathBuf> {
@@ -118,7 +134,10 @@ impl Project for Disk {
                 debug!("cannot list {}: {reason}", path.display());
             }
         });
-        listed.filter_map(Result::ok).collect()
+        listed
+            .filter_map(Result::ok)
+            .chain(without_ending(folder))
+            .collect()
     }
 
     fn model(&self, name: &str) -> Result<ArmModel, SettingsError> {
@@ -137,6 +156,22 @@ impl Project for Disk {
             .or_insert_with_key(|code| write_page(code));
         page.clone()
     }
+}
+
+/// The files in a folder that have no ending and are not hidden, as programs have none on the controller.
+fn without_ending(folder: &Path) -> impl Iterator<Item = PathBuf> {
+    let entries = fs::read_dir(folder)
+        .into_iter()
+        .flatten()
+        .flatten()
+        .take(MAX_ENTRIES);
+    let files = entries.filter(|entry| entry.file_type().is_ok_and(|kind| kind.is_file()));
+    let is_hidden = |path: &Path| {
+        path.file_name()
+            .is_some_and(|name| name.as_encoded_bytes().starts_with(b"."))
+    };
+    let paths = files.map(|entry| entry.path());
+    paths.filter(move |path| path.extension().is_none() && !is_hidden(path))
 }
 
 /// Writes what `ts3100 explain` prints to a file that the editor opens, and returns its address.

@@ -4,7 +4,7 @@ use crate::prelude::*;
 
 use super::index::{BlockKind, Index};
 use crate::MAX_LINE;
-use crate::builtin;
+use crate::builtin::{self, WordKind, word_kind};
 use crate::lexer::{self, Lexeme, Sign, Token};
 use crate::lines::Span;
 use crate::options::Arm;
@@ -13,28 +13,32 @@ use crate::outline::word;
 /// Kind of the words that can follow.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Expected {
-    /// Outside of all blocks: GLOBAL, PROGRAM, DATA.
-    Block,
     /// A statement, or the name that one begins with.
     Statement,
     /// A number, a function or a variable.
     Value,
+    /// An item of PRINT: a value, or CR.
+    Item,
     /// The target of a motion.
     Position,
     /// A condition after WITH.
     Condition,
     /// A label of this PROGRAM.
     Label,
-    /// A program, in quotes.
+    /// A program that can be a task, in quotes.
     Program,
-    /// A channel or a value of PRINT and INPUT.
+    /// A channel of PRINT and INPUT, or a variable.
     Channel,
-    /// PASS, NOWAIT.
-    Switch,
-    /// A line of DATA.
-    Datum,
-    /// The coordinate system of WORK in DATA.
+    /// A variable that gets a value, or that a loop counts.
+    Variable,
+    /// A name of GLOBAL or DATA.
+    Shared,
+    /// A coordinate system.
     Frame,
+    /// Load data.
+    Load,
+    /// One of these words.
+    Words(&'static [&'static str]),
     /// A name that is made up here, a text, a comment.
     Nothing,
 }
@@ -57,7 +61,22 @@ pub struct Context {
     pub call: Option<Call>,
 }
 
-const MOTIONS: [&str; 4] = ["MOVE", "MOVES", "MOVEC", "MOVEJ"];
+const MOTIONS: [&str; 7] = ["MOVE", "MOVES", "MOVEC", "MOVEJ", "MOVEA", "MOVEI", "READY"];
+/// Motions to a position.
+const TO_POSITIONS: [&str; 4] = ["MOVE", "MOVES", "MOVEC", "MOVEJ"];
+const BLOCKS: &[&str] = &["GLOBAL", "PROGRAM", "DATA"];
+const DATA: &[&str] = &["POINT", "TRANS", "PAYLOAD", "WORK", "END"];
+const GLOBALS: &[&str] = &["DIM", "END"];
+const TYPES: &[&str] = &["INTEGER", "REAL", "POINT", "TRANS", "PAYLOAD"];
+const AS: &[&str] = &["AS"];
+const SWITCHES: &[&str] = &["PASS", "NOWAIT"];
+const OPERATORS: &[&str] = &["AND", "OR", "MOD"];
+const SIX_AXIS_LETTERS: &[&str] = &["X", "Y", "Z", "A", "B", "C", "U", "V"];
+const SCARA_LETTERS: &[&str] = &["X", "Y", "Z", "C", "T"];
+const SIX_AXIS_CONFIGURATION: &[&str] = &[
+    "FREE", "LEFTY", "RIGHTY", "ABOVE", "BELOW", "NFLIP", "FLIP", "SINGLE4", "DOUBLE4", "SINGLE6", "DOUBLE6",
+];
+const SCARA_CONFIGURATION: &[&str] = &["FREE", "LEFTY", "RIGHTY"];
 
 impl Context {
     /// The place before this byte of a source; beyond it, its end.
@@ -109,11 +128,8 @@ impl Context {
         let expected = match block {
             Some(BlockKind::Program(_) | BlockKind::Loop) => in_program(&tokens, arm),
             Some(BlockKind::Data) => in_data(&tokens),
-            Some(BlockKind::Global) => match tokens.iter().any(|token| token.is(Sign::Assign)) {
-                true => Expected::Value,
-                false => Expected::Nothing,
-            },
-            None if tokens.is_empty() => Expected::Block,
+            Some(BlockKind::Global) => in_global(&tokens),
+            None if tokens.is_empty() => Expected::Words(BLOCKS),
             None => Expected::Nothing,
         };
         Context {
@@ -146,9 +162,25 @@ fn is_closed(source: &str, index: &Index, line: u32) -> bool {
 
 fn in_data(tokens: &[Lexeme]) -> Expected {
     match (word(tokens.first()), tokens.len()) {
-        ("", 0) => Expected::Datum,
+        ("", 0) => Expected::Words(DATA),
         ("WORK", 1) => Expected::Frame,
-        _ if tokens.iter().any(|token| token.is(Sign::Assign)) => Expected::Value,
+        _ => Expected::Nothing,
+    }
+}
+
+fn in_global(tokens: &[Lexeme]) -> Expected {
+    match word(tokens.first()) {
+        "" if tokens.is_empty() => Expected::Words(GLOBALS),
+        "DIM" => in_dim(tokens),
+        _ if tokens.iter().any(|token| token.is(Sign::Assign)) && !ends_value(tokens) => Expected::Value,
+        _ => Expected::Nothing,
+    }
+}
+
+fn in_dim(tokens: &[Lexeme]) -> Expected {
+    match tokens.last() {
+        Some(last) if last.is(Sign::Close) => Expected::Words(AS),
+        Some(last) if last.word() == "AS" => Expected::Words(TYPES),
         _ => Expected::Nothing,
     }
 }
@@ -159,42 +191,110 @@ fn in_program(tokens: &[Lexeme], arm: Arm) -> Expected {
     let statement = tokens.get(begin..).unwrap_or_default();
     let head = word(statement.first());
     let last = statement.last();
-    let follows_name = matches!(
-        last.map(|last| &last.token),
-        Some(Token::Integer(_) | Token::Real(_))
-    );
-    let with = statement.iter().rposition(|token| token.word() == "WITH");
-    if let Some(with) = with {
+    let is_scara = arm == Arm::Scara;
+    if last.is_some_and(|last| last.is(Sign::Dot)) {
+        return Expected::Words(if is_scara { SCARA_LETTERS } else { SIX_AXIS_LETTERS });
+    }
+    // The condition that gets a value here: of the statement, or the last one after WITH.
+    if let [.., condition, sign] = statement
+        && sign.is(Sign::Assign)
+    {
+        return match condition.word() {
+            "ACCUR" => Expected::Words(&["FINE", "COARSE"]),
+            "CONFIG" if is_scara => Expected::Words(SCARA_CONFIGURATION),
+            "CONFIG" => Expected::Words(SIX_AXIS_CONFIGURATION),
+            "TOOL" | "WORK" | "BASE" => Expected::Frame,
+            "PAYLOAD" => Expected::Load,
+            _ => Expected::Value,
+        };
+    }
+    if statement.is_empty() {
+        return Expected::Statement;
+    }
+    // The name of a label, of an assignment or of a call is made up.
+    if statement.len() == 1 && !builtin::is_reserved(head, arm) {
+        return Expected::Nothing;
+    }
+    if is_open(statement) {
+        return if ends_value(statement) {
+            Expected::Words(OPERATORS)
+        } else {
+            Expected::Value
+        };
+    }
+    if let Some(with) = statement.iter().rposition(|token| token.word() == "WITH") {
         let comma = statement.iter().rposition(|token| token.is(Sign::Comma));
         let from = comma.map_or(with, |comma| comma.max(with));
         let has_value = statement.iter().skip(from).any(|token| token.is(Sign::Assign));
-        return if has_value {
-            Expected::Value
-        } else {
-            Expected::Condition
+        return match (has_value, ends_value(statement)) {
+            (false, _) => Expected::Condition,
+            (true, true) => Expected::Nothing,
+            (true, false) => Expected::Value,
         };
     }
+    after(head, statement)
+}
+
+/// The words that can follow the beginning of a statement, outside of parentheses.
+fn after(head: &str, statement: &[Lexeme]) -> Expected {
+    let is_first = statement.len() == 1;
+    let follows_comma = statement.last().is_some_and(|last| last.is(Sign::Comma));
     match head {
-        "" => Expected::Statement,
-        "PROGRAM" | "DIM" => Expected::Nothing,
-        "GOTO" => match statement.get(1) {
-            Some(open) if open.is(Sign::Open) && !statement.iter().any(|token| token.is(Sign::Close)) => {
-                Expected::Value
-            }
-            _ => Expected::Label,
-        },
-        "ENABLE" | "DISABLE" if statement.len() == 1 => Expected::Switch,
-        "PRINT" | "INPUT" if statement.len() == 1 => Expected::Channel,
-        _ if MOTIONS.contains(&head) => match last {
-            Some(last) if last.word() == head || last.is(Sign::Comma) => Expected::Position,
-            // Two points of MOVEC stand side by side.
-            Some(last) if head == "MOVEC" && !last.word().is_empty() => Expected::Position,
-            _ => Expected::Value,
-        },
-        _ if follows_name => Expected::Nothing,
-        _ if statement.len() == 1 && !builtin::is_reserved(head, arm) => Expected::Nothing,
-        _ => Expected::Value,
+        "PROGRAM" | "REMARK" => Expected::Nothing,
+        "DIM" => in_dim(statement),
+        "GOTO" => Expected::Label,
+        "ENABLE" | "DISABLE" if is_first => Expected::Words(SWITCHES),
+        "PRINT" if is_first => Expected::Channel,
+        "PRINT" if follows_comma => Expected::Item,
+        "INPUT" if is_first => Expected::Channel,
+        "NEXT" | "KILL" if is_first => Expected::Variable,
+        "FOR" if is_first => Expected::Variable,
+        "INPUT" if follows_comma => Expected::Variable,
+        "RESTORE" if is_first || follows_comma => Expected::Shared,
+        _ if TO_POSITIONS.contains(&head) && (is_first || follows_comma) => Expected::Position,
+        // Two points of MOVEC stand side by side.
+        "MOVEC" if statement.len() == 2 => Expected::Position,
+        _ if !ends_value(statement) => Expected::Value,
+        "IF" => Expected::Words(&["THEN", "AND", "OR", "MOD"]),
+        "ON" => Expected::Words(&["DO", "AND", "OR", "MOD"]),
+        "FOR" if statement.iter().any(|token| token.word() == "STEP") => Expected::Words(&["MOD"]),
+        "FOR" if statement.iter().any(|token| token.word() == "TO") => Expected::Words(&["STEP", "MOD"]),
+        "FOR" => Expected::Words(&["TO", "MOD"]),
+        _ if MOTIONS.contains(&head) => Expected::Words(&["WITH"]),
+        "NEXT" | "KILL" | "INPUT" | "RESTORE" | "ENABLE" | "DISABLE" => Expected::Nothing,
+        _ => Expected::Words(OPERATORS),
     }
+}
+
+/// Whether a parenthesis is open at the end.
+fn is_open(tokens: &[Lexeme]) -> bool {
+    let count = |signs: [Sign; 2]| {
+        tokens
+            .iter()
+            .filter(|token| signs.iter().any(|sign| token.is(*sign)))
+            .count()
+    };
+    count([Sign::Open, Sign::OpenBrace]) > count([Sign::Close, Sign::CloseBrace])
+}
+
+/// Whether a value is complete at the end.
+fn ends_value(tokens: &[Lexeme]) -> bool {
+    match tokens.last().map(|last| &last.token) {
+        Some(Token::Integer(_) | Token::Real(_) | Token::Text(_)) => true,
+        Some(Token::Sign(sign)) => matches!(sign, Sign::Close | Sign::CloseBrace),
+        Some(Token::Word(text)) => ends_word(text),
+        None => false,
+    }
+}
+
+/// Whether a word is a value, or the end of one.
+pub(super) fn ends_word(text: &str) -> bool {
+    word_kind(text, Arm::SixAxis).is_none_or(|kind| {
+        matches!(
+            kind,
+            WordKind::Variable | WordKind::Condition | WordKind::Constant | WordKind::Channel
+        )
+    })
 }
 
 /// The innermost call that is open at the end of tokens.
@@ -242,13 +342,31 @@ mod tests {
             ("GOTO(K) A, |", Expected::Label),
             ("MOVE |", Expected::Position),
             ("MOVEC A |", Expected::Position),
+            ("MOVE P |", Expected::Words(&["WITH"])),
             ("MOVE P WITH |", Expected::Condition),
             ("MOVE P WITH SPEED = |", Expected::Value),
+            ("MOVE P WITH ACCUR = |", Expected::Words(&["FINE", "COARSE"])),
             ("MOVE P WITH SPEED = 5, |", Expected::Condition),
-            ("ENABLE |", Expected::Switch),
+            ("ENABLE |", Expected::Words(SWITCHES)),
             ("PRINT |", Expected::Channel),
-            ("INPUT COM1, |", Expected::Value),
+            ("PRINT COM1, |", Expected::Item),
+            ("INPUT COM1, |", Expected::Variable),
             ("N = |", Expected::Value),
+            ("N = P1.|", Expected::Words(SCARA_LETTERS)),
+            ("N = 1 |", Expected::Words(OPERATORS)),
+            ("TOOL = |", Expected::Frame),
+            ("PAYLOAD = |", Expected::Load),
+            ("IF N == 1 |", Expected::Words(&["THEN", "AND", "OR", "MOD"])),
+            ("IF DIN(1, |", Expected::Value),
+            ("FOR |", Expected::Variable),
+            ("FOR I = 1 |", Expected::Words(&["TO", "MOD"])),
+            ("FOR I = 1 TO |", Expected::Value),
+            ("FOR I = 1 TO N |", Expected::Words(&["STEP", "MOD"])),
+            ("ON DIN(1) |", Expected::Words(&["DO", "AND", "OR", "MOD"])),
+            ("NEXT |", Expected::Variable),
+            ("RESTORE A, |", Expected::Shared),
+            ("DIM T(3) |", Expected::Words(AS)),
+            ("DIM T(3) AS |", Expected::Words(TYPES)),
             ("I = TASK(\"|", Expected::Program),
             ("PRINT \"a |", Expected::Nothing),
             ("N = 1 ' |", Expected::Nothing),
@@ -259,8 +377,12 @@ mod tests {
             assert_eq!(context(&program).expected, expected, "{line}");
         }
         assert_eq!(context("PROGRAM T\nSTOP\n|").expected, Expected::Statement);
-        assert_eq!(context("PROGRAM T\nSTOP\nEND\n|").expected, Expected::Block);
-        assert_eq!(context("DATA\n|\nEND\n").expected, Expected::Datum);
+        assert_eq!(
+            context("PROGRAM T\nSTOP\nEND\n|").expected,
+            Expected::Words(BLOCKS)
+        );
+        assert_eq!(context("DATA\n|\nEND\n").expected, Expected::Words(DATA));
+        assert_eq!(context("GLOBAL\n|\nEND\n").expected, Expected::Words(GLOBALS));
         assert_eq!(context("DATA\nWORK |\nEND\n").expected, Expected::Frame);
     }
 

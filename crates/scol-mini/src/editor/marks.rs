@@ -2,6 +2,7 @@
 
 use crate::prelude::*;
 
+use super::context::ends_word;
 use super::index::{BlockKind, Index};
 use crate::MAX_LINE;
 use crate::builtin::{WordKind, word_kind};
@@ -92,12 +93,7 @@ fn ends_value(token: Option<&Lexeme>) -> bool {
     match token.map(|lexeme| &lexeme.token) {
         Some(Token::Integer(_) | Token::Real(_)) => true,
         Some(Token::Sign(sign)) => matches!(sign, Sign::Close | Sign::CloseBrace),
-        Some(Token::Word(text)) => word_kind(text, Arm::SixAxis).is_none_or(|kind| {
-            matches!(
-                kind,
-                WordKind::Variable | WordKind::Condition | WordKind::Constant
-            )
-        }),
+        Some(Token::Word(text)) => ends_word(text),
         Some(Token::Text(_)) | None => false,
     }
 }

@@ -1,7 +1,8 @@
 //! The words that can follow at a place.
 
 use super::document::Document;
-use scol_mini::editor::{Context, Expected, Symbol, SymbolKind};
+use super::text::Span;
+use scol_mini::editor::{BlockKind, Context, Expected, Symbol, SymbolKind};
 use scol_mini::{WordKind, word_kind, words};
 use serde_json::{Value, json};
 use std::collections::BTreeMap;
@@ -27,74 +28,43 @@ static FORMS: LazyLock<BTreeMap<&str, String>> = LazyLock::new(|| {
 });
 
 /// Texts with places to fill in: word, description, text, and where it fits.
-const SNIPPETS: &[(&str, &str, &str, Expected)] = &[
-    (
-        "PROGRAM",
-        "a program",
-        "PROGRAM ${1:NAME}\n  $0\nEND",
-        Expected::Block,
-    ),
-    (
-        "GLOBAL",
-        "variables of all programs",
-        "GLOBAL\n  $0\nEND",
-        Expected::Block,
-    ),
+const SNIPPETS: &[(&str, &str, &str)] = &[
+    ("PROGRAM", "a program", "PROGRAM ${1:NAME}\n  $0\nEND"),
+    ("GLOBAL", "variables of all programs", "GLOBAL\n  $0\nEND"),
     (
         "DATA",
         "points and coordinate systems",
         "DATA\n  POINT ${1:P1}=${2:400},${3:0},${4:100}/\nEND",
-        Expected::Block,
     ),
     (
         "FOR",
         "a loop that counts",
         "FOR ${1:I} = ${2:1} TO ${3:10}\n  $0\nNEXT ${1:I}",
-        Expected::Statement,
     ),
-    (
-        "IF",
-        "a condition",
-        "IF ${1:DIN(1)} THEN ${2:GOTO ${3:LABEL}}",
-        Expected::Statement,
-    ),
+    ("IF", "a condition", "IF ${1:DIN(1)} THEN ${2:GOTO ${3:LABEL}}"),
     (
         "IF ELSE",
         "a condition with two ways",
         "IF ${1:DIN(1)} THEN ${2:STATEMENT} ELSE ${3:STATEMENT}",
-        Expected::Statement,
     ),
-    (
-        "ON",
-        "a monitor",
-        "ON ${1:DIN(1)} DO ${2:STATEMENT}",
-        Expected::Statement,
-    ),
+    ("ON", "a monitor", "ON ${1:DIN(1)} DO ${2:STATEMENT}"),
     (
         "MOVE WITH",
         "a motion with conditions of its own",
         "MOVE ${1:P1} WITH SPEED = ${2:50}",
-        Expected::Statement,
     ),
-    (
-        "POINT",
-        "a position",
-        "POINT ${1:P1}=${2:400},${3:0},${4:100}/",
-        Expected::Datum,
-    ),
+    ("POINT", "a position", "POINT ${1:P1}=${2:400},${3:0},${4:100}/"),
     (
         "TRANS",
         "a coordinate system",
-        "TRANS ${1:T1}=${2:0},${3:0},${4:0}/",
-        Expected::Datum,
+        "TRANS ${1:T1}=${2:0},${3:0},${4:0}",
     ),
-    ("PAYLOAD", "load data", "PAYLOAD ${1:L1}=${2:1}/", Expected::Datum),
-    (
-        "WORK",
-        "the coordinate system of the next POINT",
-        "WORK ${1:T1}",
-        Expected::Datum,
-    ),
+    ("PAYLOAD", "load data", "PAYLOAD ${1:L1}=${2:1}"),
+    ("WORK", "the coordinate system of the next POINT", "WORK ${1:T1}"),
+];
+/// Words of the sorts that begin statements, but none themselves.
+const WITHIN: [&str; 9] = [
+    "DO", "ELSE", "THEN", "TO", "STEP", "TASK", "WITH", "NOWAIT", "MOD",
 ];
 
 /// The character that made the editor ask, if the user did not.
@@ -108,11 +78,11 @@ pub(super) fn trigger(params: &Value) -> Option<&str> {
 pub(super) fn items(document: &Document, byte: usize, trigger: Option<&str>, takes_snippets: bool) -> Value {
     let context = document.context(byte);
     // A blank or a comma that is typed opens a list only where few words can follow.
-    let few = !matches!(
+    let many = matches!(
         context.expected,
-        Expected::Statement | Expected::Value | Expected::Block
+        Expected::Statement | Expected::Value | Expected::Item
     );
-    if trigger.is_some_and(|character| character != "\"") && !few {
+    if trigger.is_some_and(|character| character != "\"") && many {
         return json!([]);
     }
     let list = List {
@@ -131,41 +101,48 @@ struct List<'d> {
     items: Vec<Value>,
 }
 
-impl List<'_> {
+impl<'d> List<'d> {
     fn filled(mut self, takes_snippets: bool) -> Vec<Value> {
-        use SymbolKind::{Data, Global, Label, Local, Parameter, Program, Taught};
+        use SymbolKind::{Data, Global, Label, Local, Parameter, Taught};
         use WordKind::{Channel, Condition, Constant, Flow, Function, Operator, Remark, Statement, Variable};
-        let expected = self.context.expected;
-        match expected {
+        match self.context.expected {
             Expected::Nothing => return Vec::new(),
-            Expected::Block => self.exact(&["GLOBAL", "PROGRAM", "DATA"]),
             Expected::Statement => {
-                self.names(&[Program, Parameter, Local, Global, Data]);
+                self.programs(false);
+                self.names(&[Parameter, Local, Global], |_| true);
                 self.words(&[Flow, Statement, Condition, Remark]);
                 self.exact(&["DOUT", "TIMER", "GAIN", "TORQUE", "ON", "DIM", "END", "PAYLOAD"]);
             }
-            Expected::Value => {
-                self.names(&[Parameter, Local, Global, Data, Taught]);
+            Expected::Value | Expected::Item => {
+                self.names(&[Parameter, Local, Global, Data, Taught], |_| true);
                 self.words(&[Function, Variable, Condition, Constant, Operator]);
-                self.exact(&["WITH", "TO", "STEP", "THEN", "ELSE", "DO", "CR", "AS"]);
+                self.exact(&["TASK"]);
             }
             Expected::Position => {
-                self.positions();
+                self.names(&[Parameter, Local, Global, Data, Taught], |kind| kind == "POINT");
                 self.exact(&["POINT", "HERE", "DEST"]);
             }
             Expected::Condition => {
                 self.words(&[Condition]);
                 self.exact(&["PAYLOAD"]);
             }
-            Expected::Label => self.names(&[Label]),
-            Expected::Program => self.names(&[Program]),
+            Expected::Label => self.names(&[Label], |_| true),
+            Expected::Program => self.programs(true),
             Expected::Channel => {
                 self.words(&[Channel]);
-                self.names(&[Parameter, Local, Global]);
+                self.names(&[Parameter, Local, Global], |_| true);
             }
-            Expected::Switch => self.exact(&["PASS", "NOWAIT"]),
-            Expected::Datum => self.exact(&["POINT", "TRANS", "PAYLOAD", "WORK", "END"]),
-            Expected::Frame => self.frames(),
+            Expected::Variable => self.names(&[Parameter, Local, Global], |_| true),
+            Expected::Shared => self.names(&[Global, Data], |_| true),
+            Expected::Frame => {
+                self.names(&[Data], |kind| kind == "TRANS");
+                self.exact(&["TRANS"]);
+            }
+            Expected::Load => {
+                self.names(&[Data], |kind| kind == "PAYLOAD");
+                self.exact(&["PAYLOAD"]);
+            }
+            Expected::Words(words) => self.exact(words),
         }
         if takes_snippets {
             self.snippets();
@@ -174,8 +151,13 @@ impl List<'_> {
     }
 
     fn push(&mut self, label: &str, kind: u8, detail: &str, rank: u8) {
-        let span = self.context.word;
-        let range = self.document.text.span(span.start..span.end);
+        // A list that is sorted by the case of letters has to have the case that is typed.
+        let typed = self.document.text_of(self.context.word);
+        let label = match typed.starts_with(|letter: char| letter.is_ascii_lowercase()) {
+            true => label.to_ascii_lowercase(),
+            false => label.to_owned(),
+        };
+        let range = self.range();
         self.items.push(json!({
             "label": label,
             "kind": kind,
@@ -186,10 +168,19 @@ impl List<'_> {
         }));
     }
 
+    /// The word that an item replaces.
+    fn range(&self) -> Span {
+        self.document
+            .text
+            .span(self.context.word.start..self.context.word.end)
+    }
+
     fn words(&mut self, kinds: &[WordKind]) {
         let arm = self.document.arm();
         let mut found: Vec<&str> = words()
             .filter(|word| word_kind(word, arm).is_some_and(|kind| kinds.contains(&kind)))
+            .filter(|word| self.context.expected != Expected::Statement || !WITHIN.contains(word))
+            .filter(|word| self.context.expected == Expected::Item || !word.starts_with("CR"))
             .collect();
         found.sort_unstable();
         found.dedup();
@@ -218,8 +209,8 @@ impl List<'_> {
         }
     }
 
-    /// Names that can be used here, but the one that is just typed, and misspelt statements, which look like calls.
-    fn symbols(&self) -> Vec<&Symbol> {
+    /// Names that can be used here, but the one that is just typed.
+    fn symbols(&self) -> Vec<&'d Symbol> {
         let index = self.document.index();
         let word = self.context.word;
         let typed = index
@@ -230,110 +221,78 @@ impl List<'_> {
         let visible = |symbol: &Symbol| symbol.scope.is_none() || symbol.scope == self.scope;
         let symbols = index.symbols().iter().enumerate();
         let symbols = symbols.filter(|(at, symbol)| {
-            let is_call = symbol.kind == SymbolKind::Program && symbol.declared.is_none();
+            // A variable that gets no value is misspelt, as is a call of no program.
+            let is_unknown = symbol.declared.is_none() && symbol.kind != SymbolKind::Taught;
             let is_other = Some(*at) != typed || index.places(*at).count() > 1;
-            visible(symbol) && is_other && !is_call
+            visible(symbol) && is_other && !is_unknown
         });
         symbols.map(|(_, symbol)| symbol).collect()
     }
 
-    fn names(&mut self, kinds: &[SymbolKind]) {
-        let found: Vec<(String, SymbolKind, String)> = self
-            .symbols()
-            .into_iter()
-            .filter(|symbol| kinds.contains(&symbol.kind))
-            .map(|symbol| {
-                let values = self.document.datum(symbol);
-                let detail = values.map_or_else(String::new, |(kind, values)| format!("{kind} {values}"));
-                (symbol.name.clone(), symbol.kind, detail)
-            })
-            .collect();
-        for (name, kind, detail) in found {
-            let number = match kind {
-                SymbolKind::Program => kind::FUNCTION,
-                SymbolKind::Label => kind::REFERENCE,
-                SymbolKind::Parameter | SymbolKind::Local | SymbolKind::Global => kind::VARIABLE,
-                SymbolKind::Data | SymbolKind::Taught => kind::CONSTANT,
-            };
-            self.push(&name, number, &detail, 1);
-        }
-        if kinds.contains(&SymbolKind::Taught) {
-            self.taught();
-        }
-    }
-
-    /// Taught points that the file does not use yet.
-    fn taught(&mut self) {
+    /// Names of these kinds; of data those whose kind fits. Taught points are positions.
+    fn names(&mut self, kinds: &[SymbolKind], fits: impl Fn(&str) -> bool) {
         let document = self.document;
+        for symbol in self.symbols() {
+            let datum = document.datum(symbol);
+            if !kinds.contains(&symbol.kind) || datum.as_ref().is_some_and(|(kind, _)| !fits(kind)) {
+                continue;
+            }
+            let detail = datum.map_or_else(String::new, |(kind, values)| format!("{kind} {values}"));
+            let (number, rank) = match symbol.kind {
+                SymbolKind::Label => (kind::REFERENCE, 1),
+                SymbolKind::Data | SymbolKind::Taught => (kind::CONSTANT, 0),
+                SymbolKind::Program | SymbolKind::Parameter | SymbolKind::Local | SymbolKind::Global => {
+                    (kind::VARIABLE, 1)
+                }
+            };
+            self.push(&symbol.name, number, &detail, rank);
+        }
+        // Those that the file does not use yet.
         let index = document.index();
-        for point in &document.table.points {
-            if !index
+        let is_known = |name: &str| {
+            index
                 .symbols()
                 .iter()
-                .any(|symbol| symbol.name == point.name && symbol.scope.is_none())
-            {
-                self.push(&point.name, kind::CONSTANT, "taught point", 1);
-            }
+                .any(|symbol| symbol.scope.is_none() && symbol.name == name)
+        };
+        let taught = document
+            .table
+            .points
+            .iter()
+            .filter(|point| kinds.contains(&SymbolKind::Taught) && !is_known(&point.name));
+        for point in taught {
+            self.push(&point.name, kind::CONSTANT, "taught point", 0);
         }
     }
 
-    /// Names of positions come first; a variable can hold one too.
-    fn positions(&mut self) {
-        let is_position = |symbol: &&Symbol| match symbol.kind {
-            SymbolKind::Data => self
-                .document
-                .datum(symbol)
-                .is_some_and(|(kind, _)| kind == "POINT"),
-            SymbolKind::Taught | SymbolKind::Parameter | SymbolKind::Local | SymbolKind::Global => true,
-            SymbolKind::Program | SymbolKind::Label => false,
-        };
-        let found: Vec<(String, String)> = self
-            .symbols()
-            .into_iter()
-            .filter(is_position)
-            .map(|symbol| {
-                let values = self
-                    .document
-                    .datum(symbol)
-                    .map_or_else(String::new, |(_, values)| values.to_owned());
-                (symbol.name.clone(), values)
-            })
-            .collect();
-        for (name, values) in found {
-            self.push(
-                &name,
-                kind::CONSTANT,
-                &values,
-                if values.is_empty() { 1 } else { 0 },
-            );
-        }
-        self.taught();
-    }
-
-    fn frames(&mut self) {
-        let is_frame = |symbol: &&Symbol| {
-            self.document
-                .datum(symbol)
-                .is_some_and(|(kind, _)| kind == "TRANS")
-        };
-        let found: Vec<String> = self
-            .symbols()
-            .into_iter()
-            .filter(is_frame)
-            .map(|symbol| symbol.name.clone())
-            .collect();
-        for name in found {
-            self.push(&name, kind::CONSTANT, "", 1);
+    /// The programs of the file but the first, which nothing calls; of tasks those without parameters.
+    fn programs(&mut self, is_task: bool) {
+        let document = self.document;
+        let programs = document
+            .index()
+            .blocks()
+            .iter()
+            .filter(|block| block.is_program())
+            .skip(1);
+        for program in programs {
+            let name = document.text_of(program.name).to_ascii_uppercase();
+            let heading = match &program.kind {
+                BlockKind::Program(heading) if !is_task || heading.ends_with("()") => heading,
+                BlockKind::Program(_) | BlockKind::Global | BlockKind::Data | BlockKind::Loop => continue,
+            };
+            self.push(&name, kind::FUNCTION, heading, 1);
         }
     }
 
     fn snippets(&mut self) {
-        let span = self.context.word;
-        let range = self.document.text.span(span.start..span.end);
-        for (label, detail, text, _) in SNIPPETS
-            .iter()
-            .filter(|snippet| snippet.3 == self.context.expected)
-        {
+        let offered: Vec<Value> = self.items.iter().map(|item| item["label"].clone()).collect();
+        let range = self.range();
+        for (label, detail, text) in SNIPPETS {
+            let word = label.split(' ').next().unwrap_or_default();
+            let is_block = matches!(self.context.expected, Expected::Statement | Expected::Words(_));
+            if !is_block || !offered.contains(&word.into()) {
+                continue;
+            }
             self.items.push(json!({
                 "label": label,
                 "kind": kind::SNIPPET,
@@ -348,7 +307,11 @@ impl List<'_> {
 
 /// An item with the description of its word.
 pub(super) fn resolved(mut item: Value) -> Value {
-    let label = item.get("label").and_then(Value::as_str).unwrap_or_default();
+    let label = item
+        .get("label")
+        .and_then(Value::as_str)
+        .unwrap_or_default()
+        .to_ascii_uppercase();
     let is_name = matches!(
         item.get("sortText")
             .and_then(Value::as_str)
@@ -358,7 +321,7 @@ pub(super) fn resolved(mut item: Value) -> Value {
     let text = label
         .split(' ')
         .next()
-        .filter(|_| !is_name)
+        .filter(|word| !is_name && !word.is_empty())
         .and_then(|word| book().language_word(word));
     if let (Some(text), Some(item)) = (text, item.as_object_mut()) {
         item.insert(

@@ -4,7 +4,7 @@
 
 use super::document::Document;
 use scol_mini::editor::{BlockKind, Call, Mark, MarkKind, Symbol, SymbolKind};
-use scol_mini::{TaughtPoint, word_kind};
+use scol_mini::{TaughtPoint, WordKind, word_kind};
 use serde_json::{Value, json};
 use std::ops::Range;
 use ts3100_book::book;
@@ -32,6 +32,10 @@ pub(super) fn hover(document: &Document, byte: usize) -> Value {
 
 fn described(document: &Document, mark: &Mark) -> Option<String> {
     match mark.kind {
+        // The constant has the row of its word; the monitor has that of DO.
+        MarkKind::Word(WordKind::Flow) if document.text_of(mark.span).eq_ignore_ascii_case("ON") => {
+            book().language_word("DO")
+        }
         MarkKind::Word(_) | MarkKind::Type => {
             book().language_word(&document.text_of(mark.span).to_ascii_uppercase())
         }
@@ -124,6 +128,9 @@ fn line(document: &Document, mark: &Mark) -> Option<String> {
     let system = line_name(kind, number).map_or_else(String::new, |name| format!(", `{name}`"));
     let mut text = format!("**{name}({number})**: {direction} {number}{system}");
     let comments = document.index().comments_on(document.source(), words, number);
+    if system.is_empty() && comments.is_empty() {
+        return None;
+    }
     for (line, comment) in comments.into_iter().take(MAX_COMMENTS) {
         text += &format!("\n\nline {line}: {comment}");
     }

@@ -100,27 +100,39 @@ pub(super) fn table_diagnostic(document: &Document) -> Option<(String, Vec<Value
 }
 
 /// The fixes of the diagnostics in a part of a file, and one of all.
-pub(super) fn actions(document: &Document, range: Span) -> Value {
+pub(super) fn actions(document: &Document, range: Span, only: Option<&[Value]>) -> Value {
     let asked = document.text.bytes(range);
+    let is_asked_for = |kind: &str| {
+        only.is_none_or(|only| {
+            let mut wanted = only.iter().filter_map(Value::as_str);
+            wanted.any(|wanted| {
+                kind.strip_prefix(wanted)
+                    .is_some_and(|rest| rest.is_empty() || rest.starts_with('.'))
+            })
+        })
+    };
     let fixes = document
         .diagnostics()
         .iter()
         .filter_map(|found| Some((found, found.fix.as_deref()?)));
     let mut actions: Vec<Value> = Vec::new();
-    for (diagnostic, edit) in fixes.clone() {
+    for (diagnostic, edit) in fixes.clone().filter(|_| is_asked_for(QUICK_FIX)) {
         let place = place(document, diagnostic);
         if place.start <= asked.end && asked.start <= place.end {
             actions.push(json!({
                 "title": capitalised(&edit.title(document.source())),
                 "kind": QUICK_FIX,
                 "diagnostics": [diagnostic_json(document, diagnostic)],
-                "isPreferred": true,
+                "isPreferred": edit.is_certain,
                 "edit": workspace_edit(document, [edit]),
             }));
         }
     }
     // Two that touch the same place cannot be carried out together; what is left is fixed by the next.
-    let mut all: Vec<&Edit> = fixes.map(|(_, edit)| edit).collect();
+    let mut all: Vec<&Edit> = fixes
+        .map(|(_, edit)| edit)
+        .filter(|edit| edit.is_certain)
+        .collect();
     all.sort_by_key(|edit| (edit.span.start, edit.span.end));
     let mut end = 0;
     all.retain(|edit| {
@@ -130,7 +142,9 @@ pub(super) fn actions(document: &Document, range: Span) -> Value {
         }
         is_apart
     });
-    if !all.is_empty() {
+    // In the menu of a place it stands beside the fix of that place, and does more.
+    let is_more = only.is_some() || !actions.is_empty() && all.len() > 1;
+    if is_asked_for(FIX_ALL) && is_more && !all.is_empty() {
         actions.push(json!({
             "title": format!("Fix all that can be fixed ({})", all.len()),
             "kind": FIX_ALL,

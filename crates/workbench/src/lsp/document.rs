@@ -2,7 +2,7 @@
 
 use super::project::{Projects, Table};
 use super::text::Text;
-use scol_mini::editor::{Context, Index, Symbol, Use};
+use scol_mini::editor::{Context, Index, Symbol, SymbolKind, Use};
 use scol_mini::{Arm, Diagnostic};
 use std::cell::OnceCell;
 use std::path::PathBuf;
@@ -109,6 +109,12 @@ impl Document {
     pub(super) fn declaration(&self, symbol: &Symbol) -> Option<&str> {
         let (_, line) = self.index().line_of(symbol.declared?.start);
         Some(self.text_of(line).trim())
+    }
+
+    /// Position of the symbol of a taught point, if the program uses it.
+    pub(super) fn taught(&self, name: &str) -> Option<usize> {
+        let is_meant = |symbol: &Symbol| symbol.kind == SymbolKind::Taught && symbol.name == name;
+        self.index().symbols().iter().position(is_meant)
     }
 
     /// What can follow at a byte, and the call that it is in.

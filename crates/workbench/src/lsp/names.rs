@@ -60,32 +60,6 @@ pub(super) fn definition(document: &Document, byte: usize) -> Value {
     }
 }
 
-/// Calls `visit` with each place of a symbol of a file: of a taught point also in the `others` that share its table.
-fn visit_places(
-    document: &Document,
-    number: usize,
-    others: impl FnOnce() -> Vec<Document>,
-    mut visit: impl FnMut(&Document, &Use),
-) {
-    document
-        .index()
-        .places(number)
-        .for_each(|place| visit(document, place));
-    let taught = document
-        .index()
-        .symbols()
-        .get(number)
-        .filter(|symbol| symbol.kind == SymbolKind::Taught);
-    let Some(symbol) = taught else { return };
-    for other in others() {
-        let index = other.index();
-        let same = |known: &Symbol| known.kind == SymbolKind::Taught && known.name == symbol.name;
-        let number = index.symbols().iter().position(same);
-        let places = number.into_iter().flat_map(|number| index.places(number));
-        places.for_each(|place| visit(&other, place));
-    }
-}
-
 pub(super) fn references(
     document: &Document,
     byte: usize,
@@ -96,11 +70,19 @@ pub(super) fn references(
         return Value::Null;
     };
     let mut locations = Vec::new();
-    visit_places(document, found.symbol, others, |document, place| {
-        if with_declaration || place.role != Role::Declaration {
-            locations.push(location(document, place.span));
+    let mut add = |document: &Document, number: usize| {
+        let places = document.index().places(number);
+        let places = places.filter(|place| with_declaration || place.role != Role::Declaration);
+        locations.extend(places.map(|place| location(document, place.span)));
+    };
+    add(document, found.symbol);
+    if symbol.kind == SymbolKind::Taught {
+        for other in others() {
+            if let Some(number) = other.taught(&symbol.name) {
+                add(&other, number);
+            }
         }
-    });
+    }
     if with_declaration && symbol.kind == SymbolKind::Taught {
         let row = in_table(document, &symbol.name);
         locations
@@ -152,16 +134,27 @@ pub(super) fn rename(
         let message = format!("{upper} has {found} characters; hosts reach names of at most {MAX_DATA_NAME}");
         return Err(ResponseError::failed(message));
     }
-    let mut changes: BTreeMap<String, Vec<Value>> = BTreeMap::new();
-    let mut taken = None;
-    visit_places(document, found.symbol, others, |other, place| {
-        let symbol = other.index().symbols().get(place.symbol);
-        taken = taken.take().or_else(|| collision(other, symbol?, &upper));
-        let edit = json!({ "range": other.text.span(place.span.start..place.span.end), "newText": new_name });
-        changes.entry(other.uri.clone()).or_default().push(edit);
-    });
-    if let Some(taken) = taken {
+    if let Some(taken) = collision(document, symbol, &upper) {
         return Err(ResponseError::failed(taken));
+    }
+    let mut changes: BTreeMap<String, Vec<Value>> = BTreeMap::new();
+    let mut rename_in = |document: &Document, number: usize| {
+        let places = document.index().places(number).map(|place| {
+            json!({ "range": document.text.span(place.span.start..place.span.end), "newText": new_name })
+        });
+        changes.insert(document.uri.clone(), places.collect());
+    };
+    rename_in(document, found.symbol);
+    if symbol.kind == SymbolKind::Taught {
+        for other in others() {
+            // What it calls so would become the point.
+            if let Some(taken) = collision(&other, symbol, &upper) {
+                return Err(ResponseError::failed(taken));
+            }
+            if let Some(number) = other.taught(&symbol.name) {
+                rename_in(&other, number);
+            }
+        }
     }
     if symbol.kind == SymbolKind::Taught
         && let Some((address, text, place)) = in_table(document, &symbol.name)
@@ -176,17 +169,31 @@ pub(super) fn rename(
 
 /// Why a symbol cannot have a name: another one that can be meant in the same place has it.
 fn collision(document: &Document, symbol: &Symbol, name: &str) -> Option<String> {
+    if symbol.name == name {
+        return None;
+    }
+    let is_label = symbol.kind == SymbolKind::Label;
+    if is_label && [symbol.name.as_str(), name].contains(&"RCYCLE") {
+        return Some("RCYCLE is the label where a cycle continues; write it by hand".to_owned());
+    }
     let class = |kind| matches!(kind, SymbolKind::Program | SymbolKind::Label).then_some(kind);
+    if class(symbol.kind).is_none() && document.table.points.iter().any(|point| point.name == name) {
+        return Some(format!("{name} is taken by a taught point"));
+    }
     let mut symbols = document.index().symbols().iter();
     let taken = symbols.find(|other| {
         let meets = other.scope.is_none() || symbol.scope.is_none() || other.scope == symbol.scope;
-        other.name == name && symbol.name != name && class(other.kind) == class(symbol.kind) && meets
+        other.name == name && class(other.kind) == class(symbol.kind) && meets
     })?;
     let line = taken
         .declared
         .map(|declared| document.index().line_of(declared.start).0);
-    let place = line.map_or_else(String::new, |line| format!(" on line {line}"));
-    Some(format!("{name} is taken{place}"))
+    let place = line.map_or_else(String::new, |line| format!(", line {line}"));
+    let path = document.path().unwrap_or_default();
+    let file = path
+        .file_name()
+        .map_or(document.uri.as_str().into(), std::ffi::OsStr::to_string_lossy);
+    Some(format!("{name} is taken in {file}{place}"))
 }
 
 pub(super) fn document_symbols(document: &Document) -> Value {

@@ -6,6 +6,7 @@ use scol_mini::{PointsError, TaughtPoint, parse_points};
 use serde_json::Value;
 use std::cell::RefCell;
 use std::collections::BTreeMap;
+use std::io;
 use std::path::{Path, PathBuf};
 use std::rc::Rc;
 use ts3100_controller::model::ArmModel;
@@ -13,14 +14,19 @@ use ts3100_recording::uri;
 
 /// The table of points of the programs in its folder.
 pub const TABLE: &str = "points.csv";
+const SETTINGS: [&str; 2] = ["model", "points"];
 /// Most programs of the disk that are looked at in an answer.
 const MAX_PROGRAMS: usize = 1_000;
 
 /// The world around the server.
 pub trait Project {
-    /// The text of a file; `None` if there is none that can be read.
-    fn read(&self, path: &Path) -> Option<String>;
-    /// The programs in and below a folder, in the order of their paths.
+    /// The text of a file.
+    ///
+    /// # Errors
+    /// It cannot be read, or is not text.
+    fn read(&self, path: &Path) -> io::Result<String>;
+    /// The files in and below a folder that end in `.scol`, and those in the folder itself that have no ending, as on the
+    /// controller: not all of them are programs.
     fn programs(&self, folder: &Path) -> Vec<PathBuf>;
     /// The arm of a value of `--model`.
     ///
@@ -38,6 +44,8 @@ pub enum SettingsError {
     NoText { name: &'static str, found: Value },
     #[error("model: {0}")]
     Model(String),
+    #[error("unknown setting {0:?}; the settings are model and points")]
+    Unknown(String),
 }
 
 /// The settings of the command line.
@@ -56,6 +64,8 @@ pub(super) struct Table {
     pub(super) text: String,
     pub(super) points: Vec<TaughtPoint>,
     pub(super) error: Option<PointsError>,
+    /// Why it could not be read.
+    pub(super) unreadable: Option<String>,
 }
 
 impl Table {
@@ -111,6 +121,10 @@ impl<P: Project> Projects<P> {
 
     /// Takes `model` and `points` of the editor; each that is missing is as the command line has it.
     pub(super) fn configure(&mut self, options: &Value) -> Result<(), SettingsError> {
+        let names = options.as_object().into_iter().flatten().map(|(name, _)| name);
+        if let Some(name) = names.into_iter().find(|name| !SETTINGS.contains(&name.as_str())) {
+            return Err(SettingsError::Unknown(name.clone()));
+        }
         let text = |name: &'static str| match options.get(name) {
             None | Some(Value::Null) => Ok(None),
             Some(Value::String(text)) if text.is_empty() => Ok(None),
@@ -172,19 +186,29 @@ impl<P: Project> Projects<P> {
     }
 
     fn read_table(&self, path: &Path) -> Table {
-        let Some(text) = self.project.read(path) else {
-            return Table::default();
+        let text = match self.project.read(path) {
+            Ok(text) => text,
+            // A program needs no table, unless one is named.
+            Err(error) if error.kind() == io::ErrorKind::NotFound && self.points.is_none() => {
+                return Table::default();
+            }
+            Err(error) => {
+                return Table {
+                    unreadable: Some(format!("cannot read {}: {error}", path.display())),
+                    ..Table::default()
+                };
+            }
         };
         let (points, error) = match parse_points(&text, self.model.language()) {
             Ok(points) => (points, None),
             Err(error) => (Vec::new(), Some(error)),
         };
-        let path = Some(path.to_path_buf());
         Table {
-            path,
+            path: Some(path.to_path_buf()),
             text,
             points,
             error,
+            unreadable: None,
         }
     }
 
@@ -230,7 +254,10 @@ impl<P: Project> Projects<P> {
             {
                 continue;
             }
-            if let Some(text) = self.project.read(&path) {
+            let text = self.project.read(&path);
+            if let Ok(text) = text
+                && (path.extension().is_some() || is_program(&text))
+            {
                 let uri = uri::of_file(&path);
                 let table = self.table_of(&uri);
                 found.push(Document::new(&uri, Text::new(text, units), 0, self, table));
@@ -249,4 +276,14 @@ impl<P: Project> Projects<P> {
             Rc::clone(&document.table),
         )
     }
+}
+
+/// Whether a text begins as a program does: with a comment or the heading of a block.
+fn is_program(text: &str) -> bool {
+    let mut lines = text.lines().map(str::trim);
+    let first = lines.find(|line| !line.is_empty() && !line.starts_with('\''));
+    let word = first.and_then(|line| line.split(' ').next()).unwrap_or_default();
+    ["PROGRAM", "GLOBAL", "DATA", "REMARK"]
+        .iter()
+        .any(|heading| word.eq_ignore_ascii_case(heading))
 }
