@@ -8,7 +8,6 @@ mod declare;
 mod direct;
 mod emit;
 mod kinds;
-pub(crate) mod lower;
 mod names;
 
 use crate::prelude::*;
@@ -17,6 +16,7 @@ use alloc::sync::Arc;
 
 use crate::MAX_SOURCE;
 use crate::diagnostic::{Diagnostic, Sink, Span};
+use crate::lower;
 use crate::options::LanguageOptions;
 use crate::parser::{Block, parse_file};
 use crate::points::TaughtPoint;

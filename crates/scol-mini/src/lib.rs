@@ -54,6 +54,7 @@ mod grammar;
 mod lexer;
 mod lines;
 mod lint;
+mod lower;
 mod machine;
 mod memory;
 mod options;
@@ -76,14 +77,16 @@ pub use conditions::{AXES, Accuracy, Conditions, FULL, MAX_ACCEL};
 pub use diagnostic::{Diagnostic, MAX_DIAGNOSTICS, Severity, Span};
 pub use fix::Edit;
 pub use format::format;
-pub use lint::{Robot, check, check_for, check_with_points};
+pub use lint::{check, check_for, check_with_points};
 pub use machine::{Jump, Machine, MonitorAction};
 pub use memory::{AccessError, Memory};
 pub use options::{Arm, IntDivision, LanguageOptions};
 pub use outline::{print_channels, starts_tasks};
 pub use points::{PointsError, TaughtPoint, parse_points};
 pub use program::{Program, STATE_VERSION, VariableInfo};
-pub use request::{Answer, Channel, Fault, FaultKind, Inputs, MAX_PRINT, Motion, Path, Pause, Request};
+pub use request::{
+    Answer, Channel, Fault, FaultKind, Inputs, MAX_PRINT, Motion, Path, Pause, Request, Robot,
+};
 pub use rewrite::{restore_values, rewrite_value};
 pub use snapshot::RestoreError;
 pub use value::{Configuration, Frame, Number, Payload, Position, Trans, Value, ValueKind};

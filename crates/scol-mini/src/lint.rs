@@ -19,7 +19,7 @@ use crate::options::LanguageOptions;
 use crate::outline::Outline;
 use crate::parser::parse_file;
 use crate::points::TaughtPoint;
-use crate::request::Request;
+use crate::request::{Request, Robot};
 use crate::{Compilation, MAX_SOURCE, compile_with_points};
 
 /// Compiles a file and adds warnings about legal but suspicious code, in source order; at most [`MAX_DIAGNOSTICS`] in
@@ -31,17 +31,6 @@ pub fn check(source: &str, options: &LanguageOptions) -> Compilation {
 /// As [`check`]; the programs of the file also see these points.
 pub fn check_with_points(source: &str, options: &LanguageOptions, points: &[TaughtPoint]) -> Compilation {
     check_for(source, options, points, &AnyRobot)
-}
-
-/// The robot that a program is checked for: the lines it has, and what its arm can do.
-pub trait Robot {
-    /// Whether DIN can read this line.
-    fn has_input(&self, line: u16) -> bool;
-    /// Why the robot raises an alarm instead of doing this, if it does whatever the state it is in.
-    ///
-    /// The requests are those of constants: outputs and pulses, and motions to one position or of one axis. A motion
-    /// of an axis by 0 asks whether the arm has the axis.
-    fn refusal(&self, request: &Request) -> Option<String>;
 }
 
 /// A robot that has every line and reaches every place.

@@ -44,6 +44,17 @@ pub trait Inputs {
     }
 }
 
+/// The robot that a program is checked for: the lines it has, and what its arm can do.
+pub trait Robot {
+    /// Whether DIN can read this line.
+    fn has_input(&self, line: u16) -> bool;
+    /// Why the robot raises an alarm instead of doing this, if it does whatever the state it is in.
+    ///
+    /// The requests are those of constants: outputs and pulses, and motions to one position or of one axis. A motion
+    /// of an axis by 0 asks whether the arm has the axis.
+    fn refusal(&self, request: &Request) -> Option<String>;
+}
+
 /// The reason for which the machine returned.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Pause {

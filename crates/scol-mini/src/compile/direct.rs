@@ -6,9 +6,10 @@
 use crate::prelude::*;
 use alloc::sync::Arc;
 
-use super::{kinds, lower, names};
+use super::{kinds, names};
 use crate::diagnostic::{Diagnostic, Sink, Span};
 use crate::lexer::leading_word;
+use crate::lower;
 use crate::parser::parse_direct;
 use crate::program::{Operation, Program, Step, Symbols, fingerprint};
 use crate::request::Request;

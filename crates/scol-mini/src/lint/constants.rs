@@ -6,7 +6,6 @@
 use crate::prelude::*;
 use alloc::collections::{BTreeMap, BTreeSet};
 
-use super::Robot;
 use crate::MAX_BCD_DIGITS;
 use crate::builtin::{Builtin, Condition, Numeric};
 use crate::conditions::Conditions;
@@ -16,7 +15,7 @@ use crate::options::LanguageOptions;
 use crate::parser::{Block, Declaration, File};
 use crate::points::TaughtPoint;
 use crate::program::{Operation, Owner, Slot};
-use crate::request::{Fault, FaultKind, Motion, Path, Request};
+use crate::request::{Fault, FaultKind, Motion, Path, Request, Robot};
 use crate::tree::{Ask, Binary, Change, Expression, MotionKind, Node, Simple, Statement, Takes, Variable};
 use crate::value::{Number, Position, Value, ValueKind};
 

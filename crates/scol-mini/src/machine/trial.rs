@@ -6,13 +6,12 @@ use crate::prelude::*;
 use alloc::sync::Arc;
 
 use super::{Machine, NoInputs, Result};
-use crate::compile::lower;
 use crate::conditions::Conditions;
-use crate::lint::Robot;
+use crate::lower;
 use crate::memory::Memory;
 use crate::options::LanguageOptions;
 use crate::program::{Operation, Program, Step, Symbols};
-use crate::request::{Fault, FaultKind, Inputs, Pause, Request};
+use crate::request::{Fault, FaultKind, Inputs, Pause, Request, Robot};
 use crate::tree::Expression;
 use crate::value::{Position, Value};
 
