@@ -198,7 +198,8 @@ impl Sink {
             .partition_point(|start| *start <= remark.span.start)
             .max(1);
         let begin = line.checked_sub(1).and_then(|line| self.starts.get(line));
-        let column = remark.span.start - begin.copied().unwrap_or(0) + 1;
+        // A byte order mark is before the first line.
+        let column = remark.span.start.saturating_sub(begin.copied().unwrap_or(0)) + 1;
         remark.line = u32::try_from(line).unwrap_or(u32::MAX);
         remark.column = u32::try_from(column).unwrap_or(u32::MAX);
         self.list.push(remark);

@@ -3,7 +3,7 @@
 //! A diagnostic has one when its help names one change; [`Edit::is_certain`] says which are carried out unasked. `suggest`
 //! makes those of errors; the lexer, the parser and the lints attach their own.
 
-use crate::lines::{Span, line_end};
+use crate::lines::{BYTE_ORDER_MARK, Span, line_end};
 use crate::prelude::*;
 
 /// A change of the source: one place is replaced by a text.
@@ -102,6 +102,7 @@ impl Edit {
         let (old, new) = (self.span.text(source), self.text.trim());
         match (old.trim(), new) {
             _ if old.contains('\t') => "replace tabs by spaces".to_string(),
+            _ if old.starts_with(BYTE_ORDER_MARK) => "remove the byte order mark".to_string(),
             ("", new) => format!("insert {new}"),
             (old, "") => format!("remove {old}"),
             (old, new) => format!("replace {old} by {new}"),

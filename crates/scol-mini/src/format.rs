@@ -1,15 +1,19 @@
 //! Formats a source: one indentation, one spacing, words in upper case, no tabs. Texts and the spelling of numbers and
 //! operators stay, and trailing comments keep their column.
 //!
-//! A line is left as it is when its tokens would differ afterwards, when it cannot be cut into tokens, when a text holds a
-//! tab, or when it would become too long. So formatting never changes the meaning of a program. Start with [`format`].
+//! A line that does not parse and a line outside all blocks only lose trailing blanks: only the author knows what they mean.
+//! A line is left as it is when its tokens would differ afterwards, when a text holds a tab, or when it would become too
+//! long. So formatting never changes the meaning of a program. Start with [`format`].
 
 use crate::prelude::*;
+use alloc::collections::BTreeMap;
 
-use crate::diagnostic::Span;
+use crate::diagnostic::{Sink, Span};
 use crate::lexer::{self, Lexeme, Sign, Token};
-use crate::lines::{line_end, lines};
-use crate::outline::{sign, word};
+use crate::lines::{BYTE_ORDER_MARK, line_end, lines};
+use crate::options::{Arm, LanguageOptions};
+use crate::outline::{Place, sign, word};
+use crate::parser::{Unparsed, parse_file};
 use crate::{MAX_FOR_NESTING, MAX_LINE, MAX_SOURCE};
 
 /// Blanks of one level.
@@ -19,22 +23,28 @@ const TAB_STOP: usize = 8;
 
 /// Formats a source; its line ends become that of its first line (LF, CR or CR LF). Formatting is idempotent.
 ///
-/// A file that is longer than [`MAX_SOURCE`], or would become so, is returned unchanged.
+/// A file that is longer than [`MAX_SOURCE`], or would become so, is returned unchanged. So is one that begins with a byte
+/// order mark, which no controller reads.
 ///
 /// ```
 /// let tidy = scol_mini::format("program t\nfor i=1 to 3\nprint i,cr 'count\nnext\nend\n");
 /// assert_eq!(tidy, "PROGRAM T\n  FOR I = 1 TO 3\n    PRINT I, CR 'count\n  NEXT\nEND\n");
 /// ```
 pub fn format(source: &str) -> String {
-    if source.len() > MAX_SOURCE {
+    if source.len() > MAX_SOURCE || source.starts_with(BYTE_ORDER_MARK) {
         return source.into();
     }
     let (_, end) = line_end(source, 0);
+    let unparsed = unparsed(source);
     let mut layout = Layout::default();
     let mut rows: Vec<Row> = Vec::new();
     let mut blank = true;
     for line in lines(source) {
-        let row = layout.row(line.span.text(source));
+        let text = line.span.text(source);
+        let row = match unparsed.get(&line.number) {
+            Some(effect) => layout.unparsed_row(text, *effect),
+            None => layout.row(text),
+        };
         let is_empty = row.is_empty();
         // One empty line separates; more say nothing, nor do those at the beginning.
         if !(is_empty && blank) {
@@ -58,6 +68,22 @@ pub fn format(source: &str) -> String {
         return source.into();
     }
     text
+}
+
+/// Lines that do not parse, whichever arm the program is for.
+fn unparsed(source: &str) -> BTreeMap<u32, Unparsed> {
+    // Formatting removes tabs. With a blank for each of them all other characters are at the same places.
+    let plain = source.replace('\t', " ");
+    let of = |arm| {
+        let options = LanguageOptions {
+            arm,
+            ..LanguageOptions::default()
+        };
+        parse_file(&plain, &options, &mut Sink::new(&plain)).unparsed
+    };
+    let (mut lines, scara) = (of(Arm::SixAxis), of(Arm::Scara));
+    lines.retain(|line, _| scara.contains_key(line));
+    lines
 }
 
 /// A line of the source and its formatted parts.
@@ -218,9 +244,40 @@ struct Layout {
     block: bool,
     data: bool,
     loops: usize,
+    /// After a line outside all blocks: the comments below may belong to it.
+    astray: bool,
 }
 
 impl Layout {
+    /// A line that does not parse; goes into and out of blocks and loops with it.
+    fn unparsed_row<'a>(&mut self, source: &'a str, effect: Unparsed) -> Row<'a> {
+        match effect {
+            Unparsed::Inside => {}
+            Unparsed::Outside => {
+                *self = Layout {
+                    astray: true,
+                    ..Layout::default()
+                }
+            }
+            Unparsed::Closes => *self = Layout::default(),
+            Unparsed::Opens(place) => {
+                *self = Layout {
+                    block: true,
+                    data: place == Place::Data,
+                    ..Layout::default()
+                }
+            }
+            Unparsed::BeginsLoop => self.loops = (self.loops + 1).min(MAX_FOR_NESTING),
+            Unparsed::EndsLoop => self.loops = self.loops.saturating_sub(1),
+        }
+        // A line may be too long by its blanks alone, which would then be another error.
+        let trimmed = source.trim_end_matches([' ', '\t']);
+        Row {
+            source: if source.len() > MAX_LINE { source } else { trimmed },
+            parts: None,
+        }
+    }
+
     fn row<'a>(&mut self, source: &'a str) -> Row<'a> {
         let parts = self.parts(source);
         Row { source, parts }
@@ -234,7 +291,8 @@ impl Layout {
         // Only the author knows how many blanks a tab in a text means.
         let is_text = |lexeme: &&Lexeme| matches!(lexeme.token, Token::Text(_));
         let mut texts = tokens.iter().filter(is_text);
-        if texts.any(|text| text.span.text(line).contains('\t')) || tokens.windows(2).any(stuck) {
+        let keeps_tab = texts.any(|text| text.span.text(line).contains('\t'));
+        if keeps_tab || tokens.is_empty() && self.astray && !line.trim().is_empty() {
             return None;
         }
         let indent = self.depth(&tokens) * INDENT;
@@ -276,7 +334,7 @@ impl Layout {
                 *self = Layout {
                     block: true,
                     data: head == "DATA",
-                    loops: 0,
+                    ..Layout::default()
                 };
                 return 0;
             }
@@ -356,18 +414,6 @@ fn upper_remark(comment: &str) -> String {
     }
 }
 
-/// `7CHECK`, `W := 5`, `N += 1`, `// two`: tokens that directly follow each other in no statement. They are a slip or of
-/// another language, so only the author knows what they mean.
-fn stuck(pair: &[Lexeme]) -> bool {
-    let [a, b] = pair else { return false };
-    let wordy = |lexeme: &Lexeme| matches!(lexeme.token, Token::Word(_) | Token::Integer(_) | Token::Real(_));
-    let foreign = match (sign(Some(a)), sign(Some(b))) {
-        (Some(Sign::Colon | Sign::Plus | Sign::Minus | Sign::Star | Sign::Slash), Some(Sign::Assign)) => true,
-        (left, right) => left == Some(Sign::Slash) && right == left,
-    };
-    a.span.end == b.span.start && (foreign || (wordy(a) && wordy(b)))
-}
-
 /// Whether a formatted line has the words of the line before.
 fn same(laid: &str, tokens: &[Lexeme]) -> bool {
     let again = lexer::tokens(laid, Span::new(0, laid.len()), MAX_LINE);
@@ -377,6 +423,14 @@ fn same(laid: &str, tokens: &[Lexeme]) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// Lines of a program, formatted without its heading and its END.
+    fn inside(lines: &str) -> String {
+        let lines = lines.strip_suffix('\n').unwrap_or(lines);
+        let laid = format(&std::format!("PROGRAM T\n{lines}\nEND\n"));
+        let laid = laid.strip_prefix("PROGRAM T\n").unwrap();
+        laid.strip_suffix("END\n").unwrap().into()
+    }
 
     #[test]
     fn spacing() {
@@ -395,17 +449,15 @@ mod tests {
             ("x=mod(a,2)+a mod(2)", "X = MOD(A, 2) + A MOD (2)"),
             ("dout(1,-2)", "DOUT(1, -2)"),
             ("movec p1 p2", "MOVEC P1 P2"),
-            ("a=1 .x", "A = 1 .X"),
             ("p={1,2}", "P = {1, 2}"),
             ("remark  Keep  This", "REMARK  Keep  This"),
             ("a=1   ' Aligned", "A = 1 ' Aligned"),
-            ("a   =   1  ' Aligned", "A = 1      ' Aligned"),
+            ("a   =   1  ' Aligned", "A = 1    ' Aligned"),
+            // The words would change.
+            ("a=1 .x", "a=1 .x"),
         ] {
-            let found = format(from);
-            let found = found.trim_end();
-            // Where the words would change, the line stays as it was.
-            let expected = if from == "a=1 .x" { from } else { to };
-            assert_eq!(found, expected);
+            let found = inside(from);
+            assert_eq!(found.trim(), to);
         }
     }
 
@@ -416,8 +468,55 @@ mod tests {
             format(source),
             "PROGRAM T\r\nLAST:\r\n  STOP\r\n\r\nOUT: GOTO LAST\r\nEND\r\nDATA\r\n  POINT P1=1,-2,,3/\r\nEND\r\n\x1Arest\r\n"
         );
-        let broken = "PROGRAM T\n   é\n INPUT 7A\n w:=5\n n+=1 // two\n n=1//two\n PRINT  \"a\tb\" ' \t c\n\tX  = 1 ' é\n";
-        assert_eq!(format(broken), broken);
+    }
+
+    #[test]
+    fn lines_that_do_not_parse_only_lose_trailing_blanks() {
+        for line in [
+            "   é",
+            " INPUT 7A",
+            " w:=5",
+            " n+=1 // two",
+            " n=1//Part's count",
+            " PRINT  \"a\tb\" ' \t c",
+            "\tX  = 1 ' é",
+            " foo  bar",
+            "   /* Comment */",
+            " (* Comment  Text *)",
+            "-- Comment Text",
+            " rem Comment  Text",
+            "     end if",
+        ] {
+            assert_eq!(inside(line), std::format!("{line}\n"));
+            // The row of a tab in a text parses.
+            if !line.contains("a\tb") {
+                assert_eq!(inside(&std::format!("{line} \t ")), std::format!("{line}\n"));
+            }
+        }
+        // They begin and end their loops.
+        let from = "fro i=1 to 3\nn=1\nenxt i\nif n==1 then\nn=2\n    endif\n";
+        let to = "fro i=1 to 3\n    N = 1\nenxt i\nif n==1 then\n  N = 2\n    endif\n";
+        assert_eq!(inside(from), to);
+    }
+
+    #[test]
+    fn lines_outside_all_blocks_keep_their_indentation() {
+        for (from, to) in [
+            // A misspelt heading opens its block.
+            (
+                "progrm t\nfor i=1 to 3\nprint i\n  next\nedn\nprogram b\nend\n",
+                "progrm t\n  FOR I = 1 TO 3\n    PRINT I\n  NEXT\nedn\nPROGRAM B\nEND\n",
+            ),
+            (
+                "proc t\n    n=1  \n  ' a comment\n\n    x=2\nend\n  ' another\nprogram b\n      ' inside\nend\n",
+                "proc t\n    n=1\n  ' a comment\n\n    x=2\nend\n  ' another\nPROGRAM B\n  ' inside\nEND\n",
+            ),
+        ] {
+            assert_eq!(format(from), to);
+            assert_eq!(format(to), to);
+        }
+        let marked = "\u{FEFF}program t\n n=1\nend\n";
+        assert_eq!(format(marked), marked);
     }
 
     #[test]
@@ -435,10 +534,13 @@ mod tests {
             ),
             // An empty line, and a line that stays as it is, part them.
             (
-                "n=1  ' one\n\nx=n+1' two\nx=n+1' é\nn=1  ' three\n",
-                "N = 1 ' one\n\nX = N + 1 ' two\nx=n+1' é\nN = 1 ' three\n",
+                "program t\nn=1    ' one\n\nx=n+1' two\nx=n+1' é\nn=1    ' three\nend\n",
+                "PROGRAM T\n  N = 1 ' one\n\n  X = N + 1 ' two\nx=n+1' é\n  N = 1 ' three\nEND\n",
             ),
-            ("n=1  ' one\nn=2    ' two\n", "N = 1 ' one\nN = 2  ' two\n"),
+            (
+                "program t\nn=1    ' one\nn=2      ' two\nend\n",
+                "PROGRAM T\n  N = 1 ' one\n  N = 2  ' two\nEND\n",
+            ),
         ] {
             assert_eq!(format(from), to);
             assert_eq!(format(to), to);
@@ -447,14 +549,14 @@ mod tests {
 
     #[test]
     fn a_comment_that_would_become_too_long_leaves_its_column() {
-        let long = "x".repeat(MAX_LINE - 7);
-        let from = std::format!("n=1  '{long}\nx=n+1'two\n");
-        let to = std::format!("N = 1 '{long}\nX = N + 1 'two\n");
-        assert_eq!(format(&from), to);
-        assert_eq!(format(&to), to);
-        let full = std::format!("n=1 '{long}xx\nn=2 'two\n");
-        let to = std::format!("n=1 '{long}xx\nN = 2 'two\n");
-        assert_eq!(format(&full), to);
+        let long = "x".repeat(MAX_LINE - 9);
+        let from = std::format!("n=1    '{long}\nx=n+1'two\n");
+        let to = std::format!("  N = 1 '{long}\n  X = N + 1 'two\n");
+        assert_eq!(inside(&from), to);
+        assert_eq!(inside(&to), to);
+        let full = std::format!("n=1 '{long}xxxx\nn=2 'two\n");
+        let to = std::format!("n=1 '{long}xxxx\n  N = 2 'two\n");
+        assert_eq!(inside(&full), to);
     }
 
     #[test]
@@ -465,10 +567,10 @@ mod tests {
                 "PROGRAM T\n  N = 1         ' one\n  FOR I = 1 TO 2\n    N = 2               ' two\n    'a      b\n  NEXT\nEND\n",
             ),
             (
-                "print\t\"a\"\t,cr\tremark\tx",
-                "PRINT \"a\", CR           REMARK  x\n",
+                "program t\nprint\t\"a\"\t,cr\tremark\tx\nend\n",
+                "PROGRAM T\n  PRINT \"a\", CR         REMARK  x\nEND\n",
             ),
-            ("\t\n\tstop\n\t", "STOP\n"),
+            ("\t\nprogram t\t\n\tstop\n\t\nend\n", "PROGRAM T\n  STOP\n\nEND\n"),
         ] {
             assert_eq!(format(from), to);
             assert_eq!(format(to), to);

@@ -43,10 +43,14 @@ pub(crate) struct Line {
     pub span: Span,
 }
 
-/// The lines of a file: CR, LF and CR LF end a line (RAM-05), the code 1A ends the file (RAM-06).
+/// Mark of the encoding that some editors put in front of a file.
+pub(crate) const BYTE_ORDER_MARK: char = '\u{FEFF}';
+
+/// The lines of a file without its byte order mark: CR, LF and CR LF end a line (RAM-05), the code 1A ends the file (RAM-06).
 pub(crate) fn lines(source: &str) -> Vec<Line> {
     let text = source.split('\u{1A}').next().unwrap_or_default();
-    let (mut start, mut number, mut lines) = (0, 1, Vec::new());
+    let unmarked = text.strip_prefix(BYTE_ORDER_MARK).unwrap_or(text);
+    let (mut start, mut number, mut lines) = (text.len() - unmarked.len(), 1, Vec::new());
     while start < text.len() {
         let (at, end) = line_end(text, start);
         let span = Span::new(start, at);

@@ -11,12 +11,13 @@ mod foreign;
 mod statement;
 
 use crate::prelude::*;
-use alloc::collections::BTreeSet;
+use alloc::collections::{BTreeMap, BTreeSet};
 
 use crate::builtin::{self, Builtin};
 use crate::diagnostic::{Diagnostic, Span};
 use crate::lexer::{Lexeme, Sign, Token};
 use crate::options::Arm;
+use crate::outline::Place;
 use crate::tree::{Expression, Name, Statement};
 use crate::value::{Configuration, ValueKind};
 
@@ -30,8 +31,27 @@ pub(crate) struct File {
     pub data: Vec<Datum>,
     /// The line that opens DATA.
     pub data_heading: Option<Span>,
+    /// Lines that did not parse.
+    pub unparsed: BTreeMap<u32, Unparsed>,
     /// Words of lines that did not parse: what they would have declared is not known, so they are not reported.
     pub suppressed: BTreeSet<String>,
+}
+
+/// A line that did not parse, and its effect on the lines after it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Unparsed {
+    /// A line of a block.
+    Inside,
+    /// A line outside all blocks.
+    Outside,
+    /// It opens a block all the same.
+    Opens(Place),
+    /// It closes its block all the same.
+    Closes,
+    /// A FOR.
+    BeginsLoop,
+    /// A NEXT.
+    EndsLoop,
 }
 
 /// A PROGRAM block.

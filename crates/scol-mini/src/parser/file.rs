@@ -5,11 +5,12 @@
 use crate::prelude::*;
 
 use super::foreign::{self, ForeignBlock, Part};
-use super::{Block, Cursor, File, Label, Located};
+use super::{Block, Cursor, File, Label, Located, Unparsed};
 use crate::builtin;
 use crate::diagnostic::{Diagnostic, Sink, Span};
 use crate::fix::Edit;
 use crate::lexer::{self, Lexeme, Line, Sign, Token, leading_word, lines};
+use crate::lines::BYTE_ORDER_MARK;
 use crate::options::LanguageOptions;
 use crate::outline::Place;
 use crate::suggest;
@@ -29,8 +30,13 @@ pub(crate) fn parse_file(source: &str, options: &LanguageOptions, sink: &mut Sin
         astray: false,
         work: None,
         foreign: Vec::new(),
+        unparsed: None,
     };
+    if source.starts_with(BYTE_ORDER_MARK) {
+        parser.sink.push(byte_order_mark());
+    }
     for line in lines(source) {
+        let before = parser.place;
         match lexer::tokens(source, line.span, MAX_LINE) {
             Ok(tokens) if tokens.is_empty() => {}
             Ok(tokens) => {
@@ -40,6 +46,7 @@ pub(crate) fn parse_file(source: &str, options: &LanguageOptions, sink: &mut Sin
             }
             Err(problem) => parser.broken(line, problem),
         }
+        parser.note_unparsed(line, before);
     }
     parser.finish();
     parser.file
@@ -59,11 +66,29 @@ struct Parser<'a> {
     work: Option<Name>,
     /// Open blocks of other languages.
     foreign: Vec<&'static ForeignBlock>,
+    /// Set when the present line does not parse.
+    unparsed: Option<Unparsed>,
 }
 
 impl Parser<'_> {
+    /// Keeps the effect of a line that did not parse. `before` is the place it was in.
+    fn note_unparsed(&mut self, line: Line, before: Place) {
+        let Some(effect) = self.unparsed.take() else {
+            return;
+        };
+        let opens = self.opened.is_some_and(|opened| opened.start >= line.span.start);
+        let effect = match (before, self.place) {
+            (_, place) if opens => Unparsed::Opens(place),
+            (Place::Outside, Place::Outside) => Unparsed::Outside,
+            (_, Place::Outside) => Unparsed::Closes,
+            _ => effect,
+        };
+        self.file.unparsed.insert(line.number, effect);
+    }
+
     /// Reports a line that does not parse.
     fn broken(&mut self, line: Line, problem: Diagnostic) {
+        self.unparsed = Some(Unparsed::Inside);
         let text = line.span.text(self.source).to_ascii_uppercase();
         let words = text
             .split(|c: char| !c.is_ascii_alphanumeric() && c != '_')
@@ -82,19 +107,22 @@ impl Parser<'_> {
         let (first, rest) = leading_word(text);
         let closes = ["ENDFOR", "END FOR"].iter().any(|word| text.starts_with(word)) && self.has_open_loop();
         let span = line.span;
-        let statement = if first == "FOR" || suggest::is_nearly(first, "FOR") && rest.contains('=') {
+        let (effect, statement) = if first == "FOR" || suggest::is_nearly(first, "FOR") && rest.contains('=')
+        {
             let name = Name::new(leading_word(rest.trim_start()).0, span);
-            Statement::For(Counting {
+            let counting = Counting {
                 variable: Variable::new(name, Vec::new()),
                 from: Expression::integer(0, span),
                 to: Expression::integer(0, span),
                 step: None,
-            })
+            };
+            (Unparsed::BeginsLoop, Statement::For(counting))
         } else if closes || suggest::is_nearly(first, "NEXT") {
-            Statement::Next(None)
+            (Unparsed::EndsLoop, Statement::Next(None))
         } else {
             return;
         };
+        self.unparsed = Some(effect);
         self.push(line.number, span, statement);
     }
 
@@ -123,6 +151,7 @@ impl Parser<'_> {
 
     /// A line outside all blocks: a misspelt heading opens its block all the same.
     fn outside(&mut self, cursor: &mut Cursor<'_>, alone: bool) -> Result<(), Diagnostic> {
+        self.unparsed = Some(Unparsed::Outside);
         let message = match self.after_data() {
             true => "nothing follows the DATA block",
             false => "expected GLOBAL, PROGRAM or DATA",
@@ -151,7 +180,10 @@ impl Parser<'_> {
         let word = cursor.peek_word();
         let alone = tokens.len() == 1;
         match (word, self.place) {
-            ("END", Place::Outside) if core::mem::take(&mut self.astray) => Ok(()),
+            ("END", Place::Outside) if core::mem::take(&mut self.astray) => {
+                self.unparsed = Some(Unparsed::Outside);
+                Ok(())
+            }
             ("END", Place::Outside) => Diagnostic::fail("E0303", cursor.span(), "END without an open block"),
             ("END", _) if alone => {
                 self.close(line.number);
@@ -166,6 +198,7 @@ impl Parser<'_> {
                     .help("close a block with END alone");
                 let last = tokens.last().map_or(end, |last| last.span.end);
                 let end = Span::new(end, last);
+                self.unparsed = Some(Unparsed::Closes);
                 self.sink.push(problem.fix(Edit::replace(end, "")));
                 self.close(line.number);
                 Ok(())
@@ -173,6 +206,7 @@ impl Parser<'_> {
             (_, Place::Program | Place::Global | Place::Data) if alone && self.is_end(line, word) => {
                 let message = format!("{word} is neither a statement nor a program of this file");
                 let problem = Diagnostic::new("E0203", cursor.span(), message).help("did you mean END?");
+                self.unparsed = Some(Unparsed::Closes);
                 self.sink.push(problem.fix(Edit::replace(cursor.span(), "END")));
                 self.close(line.number);
                 Ok(())
@@ -326,13 +360,12 @@ impl Parser<'_> {
         let start = cursor.span();
         let word = cursor.foreign_word();
         // The line that opened the block has been reported.
-        match foreign::part_of(&self.foreign, &word).filter(|_| !cursor.is_assignment()) {
-            Some(Part::Closes(at)) => {
+        if let Some(part) = foreign::part_of(&self.foreign, &word).filter(|_| !cursor.is_assignment()) {
+            if let Part::Closes(at) = part {
                 self.foreign.truncate(at);
-                return Ok(());
             }
-            Some(Part::Divides) => return Ok(()),
-            None => {}
+            self.unparsed = Some(Unparsed::Inside);
+            return Ok(());
         }
         let closes_loop = word == "ENDFOR" && !cursor.is_assignment();
         let call = cursor.is_foreign_call() || closes_loop;
@@ -373,6 +406,18 @@ impl Parser<'_> {
             self.sink.push(Diagnostic::new("E0304", Span::default(), message));
         }
     }
+}
+
+/// The problem of a file that begins with a mark of its encoding.
+fn byte_order_mark() -> Diagnostic {
+    let span = Span::new(0, BYTE_ORDER_MARK.len_utf8());
+    let problem = Diagnostic::new(
+        "E0004",
+        span,
+        "expected an ASCII character, found a byte order mark",
+    );
+    let problem = problem.help("save the file without it: as ASCII, or as UTF-8 without a byte order mark");
+    problem.fix(Edit::replace(span, ""))
 }
 
 /// A line after its label, in upper case as given.

@@ -291,6 +291,21 @@ fn every_code_has_its_program_its_remedy_and_its_row() {
     );
 }
 
+/// A fixture begins with its origin.
+#[test]
+fn a_byte_order_mark_is_one_error_with_a_fix() {
+    let source = "\u{FEFF}PROGRAM T\n  DELAY 1\nEND\n";
+    let found = check(source, &Default::default()).diagnostics;
+    let [only] = found.as_slice() else {
+        panic!("{found:?}")
+    };
+    assert_eq!((only.code, only.line, only.column), ("E0004", 1, 1));
+    let fix = only.fix.as_ref().unwrap();
+    assert!(fix.is_certain);
+    assert_eq!(fix.title(source), "remove the byte order mark");
+    assert_eq!(check(&fix.apply(source), &Default::default()).diagnostics, []);
+}
+
 #[test]
 fn a_file_that_is_too_long_is_told_so() {
     let source = "' too long\n".repeat(10_000);
