@@ -148,7 +148,7 @@ fn a_point_without_a_value_is_refused_with_what_to_do() {
     assert_eq!(robot.ask(Port::Ip0, "SL,PICK"), b"NG\r");
     let reasons = format!("{:?}", robot.outputs);
     for point in ["T1", "E1"] {
-        let message = format!("no value for {point}: add DATA, or give --points");
+        let message = format!("no value for {point}: add it to DATA or to the taught points");
         assert!(reasons.contains(&message), "{reasons}");
     }
 }

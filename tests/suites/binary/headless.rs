@@ -387,7 +387,8 @@ fn wrong_usage_and_programs_with_errors_are_exit_code_two() {
 fn points_come_from_a_table_for_check_and_run() {
     let directory = TempDir::new("binary");
     let file = directory.file("pick.scol", "PROGRAM PICK\nMOVE T1\nPRINT T1.X, CR\nEND\n");
-    let points = directory.file("points.csv", "NAME,X,Y,Z,C,T,CONFIG\nT1,250,100,20,30,0,LEFTY\n");
+    let table = "NAME,X,Y,Z,C,T,CONFIG\nT1,250,100,20,30,0,LEFTY\n";
+    let points = directory.file("taught.csv", table);
     let scara = ["--model", "tsl3000-thl400"];
     for verb in ["check", "run"] {
         let output = run(&[verb, &file, scara[0], scara[1], "--points", &points]);
@@ -404,7 +405,7 @@ fn points_come_from_a_table_for_check_and_run() {
         assert_ne!(output.status.code(), Some(0), "{verb}");
         let printed = stdout(&output) + &stderr(&output);
         assert!(
-            printed.contains("no value for T1: add DATA, or give --points"),
+            printed.contains("no value for T1: add it to DATA or to the taught points"),
             "{printed}"
         );
         let bad = directory.file("bad.csv", "NAME,X,Y,Z,C,T,CONFIG\nT1,250,1oo,20,30,0,LEFTY\n");
@@ -417,5 +418,10 @@ fn points_come_from_a_table_for_check_and_run() {
         );
         let output = run(&[verb, &file, "--points", &points]);
         assert_eq!(output.status.code(), Some(2), "the table is not one of six axes");
+    }
+    // The file of this name beside the program needs no flag.
+    directory.file("points.csv", table);
+    for verb in ["check", "run"] {
+        expect_code(&run(&[verb, &file, scara[0], scara[1]]), 0);
     }
 }

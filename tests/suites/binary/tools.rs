@@ -127,7 +127,7 @@ fn a_folder_means_its_programs() {
     }
     let deep = directory.file("cell/b/deep.scol", UNTIDY);
     let bad = directory.file("cell/bad.scol", "PROGRAM BAD\n  GOTO NOWHERE\nEND\n");
-    let other = directory.file("cell/points.csv", "P1,1,2,3\n");
+    let other = directory.file("cell/notes.csv", "P1,1,2,3\n");
     let cell = directory.at("cell");
     let cell = cell.to_str().unwrap();
     let output = run(&["check", cell]);

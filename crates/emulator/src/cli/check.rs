@@ -24,6 +24,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use ts3100_control::printable::printable;
 use ts3100_controller::{Config, Dialect};
+use ts3100_workbench::lsp::project::TABLE;
 
 /// Check SCOL files for errors and likely mistakes.
 ///
@@ -37,7 +38,7 @@ pub(super) struct CheckArgs {
     /// Arm, by name or .toml file: it decides how many values a position has and which places it reaches
     #[arg(long, value_name = "MODEL", default_value = "ts3100-tv800")]
     model: ModelChoice,
-    /// Points taught on the controller: a CSV file of NAME,X,Y,Z,C,T,CONFIG (six axes: NAME,X,Y,Z,A,B,C,U,V,CONFIG)
+    /// Points taught on the controller: a CSV file of NAME,X,Y,Z,C,T,CONFIG (six axes: NAME,X,Y,Z,A,B,C,U,V,CONFIG) [default: points.csv beside each program]
     #[arg(long, value_name = "FILE")]
     points: Option<PathBuf>,
     /// Output format
@@ -57,16 +58,18 @@ pub(super) struct CheckArgs {
 impl CheckArgs {
     /// Files whose changes change the result.
     fn sources(&self) -> Vec<PathBuf> {
-        let found = programs::expand(&self.files);
-        let programs = found
-            .into_iter()
-            .map(|found| found.unwrap_or_else(|error| error.path));
+        let found = programs::expand(&self.files).into_iter();
+        let programs: Vec<PathBuf> = found
+            .map(|found| found.unwrap_or_else(|error| error.path))
+            .collect();
+        let beside: BTreeSet<PathBuf> = programs.iter().map(|path| path.with_file_name(TABLE)).collect();
+        let beside = beside.into_iter().filter(|_| self.points.is_none());
         let model = match &self.model {
             ModelChoice::File(path) => Some(path),
             ModelChoice::Shipped(_) => None,
         };
         let settings = self.points.iter().chain(model);
-        programs.chain(settings.cloned()).collect()
+        programs.iter().chain(settings).cloned().chain(beside).collect()
     }
 
     fn format(&self) -> CheckFormat {
@@ -104,14 +107,11 @@ pub(super) fn run(args: CheckArgs) -> anyhow::Result<u8> {
 
 fn check_all(args: &CheckArgs) -> anyhow::Result<u8> {
     let model = args.model.read()?;
-    let arm = model.language();
-    let points = args.points.as_deref().map(|path| read_points(path, arm));
-    let points = points.transpose()?.unwrap_or_default();
-    let config = Config {
+    let mut config = Config {
         model,
-        points,
         ..Config::new(Dialect::default())
     };
+    let mut table = None;
     let (mut stdout, paints) = color::stream(io::stdout().lock());
     let mut explained = BTreeSet::new();
     let mut worst = 0;
@@ -119,7 +119,26 @@ fn check_all(args: &CheckArgs) -> anyhow::Result<u8> {
     let format = args.format();
     for found in programs::expand(&args.files) {
         let file = match found {
-            Ok(path) => CheckedFile::check(&path, &config),
+            Ok(path) => {
+                // Programs of one folder share its table.
+                let wanted = args.points.clone().or_else(|| programs::points_beside(&path));
+                if wanted != table {
+                    let arm = config.model.language();
+                    let points = wanted.as_deref().map(|path| read_points(path, arm));
+                    config.points = match points.transpose() {
+                        Ok(points) => points.unwrap_or_default(),
+                        Err(error) if args.points.is_some() => return Err(error.into()),
+                        // Other programs can be checked without the table that lies beside these.
+                        Err(error) => {
+                            print_error(format_args!("{:#}", anyhow::Error::new(error)));
+                            worst = UNUSABLE;
+                            Vec::new()
+                        }
+                    };
+                    table = wanted;
+                }
+                CheckedFile::check(&path, &config)
+            }
             Err(folder) => CheckedFile::from(folder),
         };
         worst = worst.max(exit_code(&file, args.deny_warnings));

@@ -8,6 +8,7 @@ use std::fs;
 use std::io;
 use std::path::{Path, PathBuf};
 use ts3100_driver::files;
+use ts3100_workbench::lsp::project::TABLE;
 
 /// Ending of SCOL files in lower case; files with it in upper case are found too.
 const ENDING: &str = "scol";
@@ -38,6 +39,12 @@ pub(super) fn expand(paths: &[PathBuf]) -> Vec<Result<PathBuf, FolderError>> {
         found.append(&mut folder.finish(path));
     }
     found
+}
+
+/// The table of points in the folder of a program, if there is one.
+pub(super) fn points_beside(program: &Path) -> Option<PathBuf> {
+    let table = program.with_file_name(TABLE);
+    (!is_stdin(program) && table.is_file()).then_some(table)
 }
 
 /// What a folder holds, while it is listed.

@@ -9,6 +9,7 @@ use super::check::CheckedFile;
 use super::exit::{NEGATIVE, UNUSABLE};
 use super::input::{self, is_stdin};
 use super::output;
+use super::programs::points_beside;
 use super::serve::list_options;
 use super::watch::{Announcement, watch};
 use crate::config::args::{line_number, seconds, written_file};
@@ -30,6 +31,7 @@ use ts3100_driver::clock::TimeMode;
 use ts3100_driver::pc_file::{drive_content, drive_name};
 use ts3100_recording::reports::lcov;
 use ts3100_recording::scenario::{MAX_ENTRIES, Scenario, Step};
+use ts3100_workbench::lsp::project::TABLE;
 
 /// Largest file of records, in bytes.
 const MAX_RECORDS: u64 = 64 * 1024 * 1024;
@@ -83,7 +85,7 @@ pub(super) struct RunArgs {
     /// Arm, as for serve
     #[arg(long, value_name = "MODEL")]
     model: Option<String>,
-    /// Points taught on the controller, as for serve
+    /// Points taught on the controller, as for serve [default: points.csv beside the program]
     #[arg(long, value_name = "FILE")]
     points: Option<PathBuf>,
     /// Override a named option, as for serve (repeatable)
@@ -95,6 +97,11 @@ pub(super) struct RunArgs {
 }
 
 impl RunArgs {
+    /// The table of points: the one that is named, or that of the folder of the program.
+    fn table(&self) -> Option<PathBuf> {
+        self.points.clone().or_else(|| points_beside(&self.file))
+    }
+
     /// Files whose changes change the run.
     fn sources(&self) -> Vec<PathBuf> {
         let records = self.input.iter().filter_map(|pair| pair.split_once('='));
@@ -104,7 +111,11 @@ impl RunArgs {
             // An unknown word is reported by the run.
             Ok(ModelChoice::Shipped(_)) | Err(_) => None,
         });
-        let settings = [&self.scenario, &self.points].into_iter().flatten().cloned();
+        let table = self
+            .points
+            .clone()
+            .unwrap_or_else(|| self.file.with_file_name(TABLE));
+        let settings = self.scenario.iter().cloned().chain([table]);
         let program = std::iter::once(self.file.clone());
         program.chain(records).chain(models).chain(settings).collect()
     }
@@ -147,7 +158,7 @@ fn run_once(args: &RunArgs, outdated: &AtomicBool) -> anyhow::Result<u8> {
     let words = words.chain(args.set.iter().map(|pair| format!("--set={pair}")));
     let mut served = ServeFlags::try_parse_from(std::iter::once("ts3100 run".to_owned()).chain(words))
         .map_err(|error| anyhow!("{}", reason(&error)))?;
-    served.args.files.points.clone_from(&args.points);
+    served.args.files.points = args.table();
     let config = Settings::from_args(&served.args)?.controller;
     let checked = CheckedFile::check(&args.file, &config);
     let (source, remarks) = checked

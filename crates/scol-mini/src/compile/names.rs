@@ -242,6 +242,9 @@ fn undefined(variable: &Variable) -> Diagnostic {
 /// A point of which neither the file nor the table of taught points says where it is.
 fn no_point(variable: &Variable) -> Diagnostic {
     let name = &variable.name;
-    let message = format!("no value for {}: add DATA, or give --points", name.text);
+    let message = format!(
+        "no value for {}: add it to DATA or to the taught points",
+        name.text
+    );
     Diagnostic::new("E0201", name.span, message)
 }
