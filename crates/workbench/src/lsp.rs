@@ -1,6 +1,6 @@
 //! The language server of SCOL (Language Server Protocol 3.17) as a value: messages of an editor in, messages to it out.
 //!
-//! [`Server`] knows the messages, their order and the open files. [`document`] is an open file and what is known of it;
+//! [`Server`] knows the messages, their order and the open files. `document` is an open file and what is known of it;
 //! [`project`] is the disk. The answers are made in `diagnose`, `complete`, `describe`, `names` and `layout`.
 
 mod complete;
