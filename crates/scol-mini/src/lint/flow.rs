@@ -87,6 +87,10 @@ fn unreachable(part: &Part, broken: &BTreeSet<u32>, sink: &mut Sink) {
             left = leaving.map(|by| (row.line.number, by));
             continue;
         };
+        // A line with an error has its message.
+        if broken.contains(&row.line.number) {
+            continue;
+        }
         if !reported {
             let message = format!("this is never reached: line {line} always leaves with {by}");
             let problem = Diagnostic::new("W0603", span(row), message);

@@ -30,6 +30,7 @@ fn word(word: &str) -> Option<(&'static str, Option<&'static str>)> {
             ("use FOR and NEXT, or a label with IF ... THEN GOTO", None)
         }
         "MOVEL" | "MOVL" | "LIN" => ("did you mean MOVES, the straight motion?", Some("MOVES")),
+        "GO" => ("did you mean GOTO?", Some("GOTO")),
         "PTP" => ("did you mean MOVE?", Some("MOVE")),
         "SLEEP" | "DWELL" => ("did you mean DELAY, which counts in seconds?", Some("DELAY")),
         "CALL" | "GOSUB" => ("call a program by its name alone: NAME or NAME(values)", None),
@@ -92,8 +93,20 @@ impl Suggester<'_> {
                 Remedy::from("put a string between double quotes; ' begins a comment").fix(self.quoted(start))
             }
             b'|' => Remedy::from("use OR").fix(operator(doubled("||"), "OR")),
+            b'&' | b'+' if joins_strings(before, rest) => {
+                let joint = Span::new(before.trim_end().len(), start + 1);
+                Remedy::from("separate the items of a PRINT with commas").fix(Edit::replace(joint, ","))
+            }
             b'&' => Remedy::from("use AND").fix(operator(doubled("&&"), "AND")),
-            b'!' => Remedy::from("use NOT").fix(word(1, "NOT")),
+            b'!' => {
+                let negates = negates(before);
+                Remedy::from("put NOT before a condition, or compare with !=")
+                    .fix(word(1, "NOT").filter(|_| negates))
+            }
+            b'%' if ends_value(rest.get(1..)?) => {
+                let remedy = "remove it: a percentage is a number, and a name has no %";
+                Remedy::from(remedy).fix(Edit::replace(here(1), ""))
+            }
             b'%' => Remedy::from("use MOD for a remainder").fix(operator(1, "MOD")),
             b';' => {
                 // Before a further statement it is not the end of the line that is missing.
@@ -209,7 +222,11 @@ impl Suggester<'_> {
         let rest = self.source.get(byte..)?;
         let line = rest.split(['\r', '\n']).next()?;
         let open = line.find('\'')?;
-        let (text, _) = line.get(open + 1..)?.split_once('\'')?;
+        let (text, after) = line.get(open + 1..)?.split_once('\'')?;
+        // Two quotes, or one in a word, belong to the text.
+        if after.starts_with(|c| c == '\'' || is_letter(c)) {
+            return None;
+        }
         let span = Span::new(byte + open, byte + open + text.len() + 2);
         (!text.contains('"')).then(|| Edit::replace(span, format!("\"{text}\"")))
     }
@@ -229,6 +246,15 @@ impl Suggester<'_> {
                 "did you mean MOVE, the motion of all joints? MOVEJ is the arch motion, with two points.",
                 Some("MOVE"),
             ),
+            // The number of the hand is part of the word.
+            hand @ ("OPEN" | "CLOSE") => {
+                let operand = rest.trim_matches([' ', '(', ')']);
+                let end = span.end + rest.trim_end().len();
+                let fix = Edit::replace(Span::new(span.start, end), format!("{hand}{operand}"));
+                let remedy = Remedy::from(format!("the word names the hand: {hand}1 or {hand}2"));
+                return Some(remedy.fix(matches!(operand, "1" | "2").then_some(fix)));
+            }
+            "GO" if rest.trim().is_empty() => ("did you mean GOTO, with a label?", None),
             other => word(other)?,
         };
         let fix = match found.as_str() {
@@ -272,6 +298,29 @@ impl Suggester<'_> {
             _ => None,
         }
     }
+}
+
+/// Whether `!` after this text is the NOT of a condition. Directly after `=` it may be the `!=` of a slip.
+fn negates(before: &str) -> bool {
+    let text = before.trim_end();
+    let word = text.rsplit(|c: char| !is_letter(c)).next().unwrap_or_default();
+    let joints = ["IF", "AND", "OR", "WAIT", "ON"];
+    let assigned = text.ends_with('=') && before.ends_with(' ');
+    text.ends_with('(') || assigned || joints.iter().any(|joint| joint.eq_ignore_ascii_case(word))
+}
+
+/// Whether a value ends before this text: with its line, or at a sign that follows values.
+fn ends_value(rest: &str) -> bool {
+    ends_line(rest) || rest.trim_start_matches(' ').starts_with([',', ')'])
+}
+
+/// Whether an operator joins strings in a PRINT.
+fn joins_strings(before: &str, rest: &str) -> bool {
+    let line = before.rsplit(['\r', '\n']).next().unwrap_or_default();
+    let mut words = line.split(|c: char| !is_letter(c));
+    let prints = words.any(|word| word.eq_ignore_ascii_case("PRINT"));
+    let after = rest.get(1..).unwrap_or_default().trim_start_matches(' ');
+    prints && (line.trim_end().ends_with('"') || after.starts_with('"'))
 }
 
 fn is_letter(c: char) -> bool {
