@@ -135,6 +135,7 @@ impl Suggester<'_> {
             "E0101" => {
                 let sign = self.foreign_sign(diagnostic);
                 sign.or_else(|| self.surplus_word(diagnostic))
+                    .or_else(|| self.missing(diagnostic))
                     .or_else(|| self.keyword(diagnostic))
             }
             "E0301" => self.keyword(diagnostic),
@@ -235,6 +236,9 @@ impl Suggester<'_> {
         }
         if let Some(remedy) = self.foreign_name(diagnostic) {
             return Some(remedy);
+        }
+        if found == "CRLF" {
+            return self.foreign(diagnostic.span);
         }
         let shared = self.outline.shared();
         let call = diagnostic.message.contains("neither an array nor a function");

@@ -203,9 +203,12 @@ fn misplaced(word: &str, span: Span) -> Diagnostic {
     let problem = Diagnostic::new("E0103", span, format!("expected a statement, found {word}"));
     match word {
         "DIM" => problem.help("put DIM in GLOBAL or before the first statement of a program"),
-        "TIMER" => problem,
+        "TIMER" => problem.help("set it with TIMER = seconds"),
         _ if builtin::condition(word).is_some() => problem.help(format!("set it with {word} = value")),
         _ if System::from_word(word).is_some() => problem.help(format!("{word} can only be read")),
-        _ => problem,
+        "DIN" | "BCDIN" => problem.help(format!("{word}(...) is a value, as in WAIT DIN(1) == ON")),
+        _ => problem.help(format!(
+            "{word} is a word of the language; choose another name for a variable"
+        )),
     }
 }

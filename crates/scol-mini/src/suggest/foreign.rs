@@ -4,6 +4,7 @@
 //! are misspelt are left to the parent module.
 
 use super::{Remedy, Suggester};
+use crate::builtin;
 use crate::diagnostic::{Diagnostic, Span};
 use crate::fix::Edit;
 use crate::lexer::leading_word;
@@ -12,6 +13,12 @@ use crate::prelude::*;
 /// Words by which other languages read an input and switch an output.
 const INPUTS: &[&str] = &["IN", "DI", "DIN", "INP", "INPUT", "SIGI"];
 const OUTPUTS: &[&str] = &["OUT", "DO", "DOUT", "OUTPUT", "SIGO"];
+/// Words of motions, which may have conditions.
+const MOTIONS: &[&str] = &["MOVE", "MOVES", "MOVEC", "MOVEA", "MOVEI", "MOVEJ", "READY"];
+/// Words that begin a statement after DO or THEN.
+const BEGINNINGS: &[&str] = &[
+    "DOUT", "PRINT", "MOVE", "MOVES", "DELAY", "BREAK", "RETURN", "PULOUT", "BCDOUT",
+];
 /// Help for a word between WAIT and its condition.
 const WAIT: &str = "write the condition after WAIT, without a word between";
 /// Help for a comment of another language.
@@ -35,6 +42,7 @@ fn word(word: &str) -> Option<(&'static str, Option<&'static str>)> {
         "SLEEP" | "DWELL" => ("did you mean DELAY, which counts in seconds?", Some("DELAY")),
         "CALL" | "GOSUB" => ("call a program by its name alone: NAME or NAME(values)", None),
         "LET" | "VAR" | "LOCAL" => ("assign a value to make a variable: NAME = value", None),
+        "CRLF" => ("end the record with CR", Some("CR")),
         "REM" => (COMMENT, Some("'")),
         "EXIT" => ("leave a loop with GOTO, a program with RETURN", None),
         "INTERRUPT" | "TRAP" => ("watch a condition with ON condition DO statement", None),
@@ -127,6 +135,14 @@ impl Suggester<'_> {
         if number == "1" {
             let remedy = Remedy::from("use COM1; a channel is TP, COM1, IP1 or IP2");
             return remedy.fix(Edit::replace(span, "COM1"));
+        }
+        let (word, _) = leading_word(rest);
+        if ["TP", "COM1", "IP1", "IP2"]
+            .iter()
+            .any(|known| known.eq_ignore_ascii_case(word))
+        {
+            let remove = Edit::replace(Span::new(start, start + 1), "");
+            return Remedy::from("remove it: the name of a channel has no #").fix(remove);
         }
         "use the name of a channel: TP, COM1, IP1 or IP2; a comment begins with REMARK or '".into()
     }
@@ -272,6 +288,90 @@ impl Suggester<'_> {
         Some(Remedy::from(help).fix(fix))
     }
 
+    /// Remedy for a word or a sign that is missing before the place of the error.
+    pub(super) fn missing(&self, diagnostic: &Diagnostic) -> Option<Remedy> {
+        let span = diagnostic.span;
+        let found = self.text(span);
+        let (before, rest) = self.source.split_at_checked(span.start)?;
+        let line = before.rsplit(['\r', '\n']).next()?;
+        let words: Vec<String> = line
+            .split(|c: char| !is_letter(c))
+            .map(str::to_ascii_uppercase)
+            .filter(|word| !word.is_empty())
+            .collect();
+        let has = |known: &[&str]| words.iter().any(|word| known.contains(&word.as_str()));
+        let insert = |text: &str| Edit::replace(Span::at(span.start), text);
+        let (expected, _) = diagnostic
+            .message
+            .strip_prefix("expected ")?
+            .split_once(", found")?;
+        let begins = |word: &str| word == "GOTO" || word == "STOP" || BEGINNINGS.contains(&word);
+        Some(match (expected, found.as_str()) {
+            ("DO", word) if begins(word) => {
+                Remedy::from("write ON condition DO statement").fix(insert("DO "))
+            }
+            ("THEN", word) if begins(word) => {
+                Remedy::from("write IF condition THEN statement").fix(insert("THEN "))
+            }
+            ("TO", ",") if has(&["FOR"]) => {
+                let (_, after) = rest.split_at_checked(1)?;
+                let blank = if after.starts_with(' ') { "" } else { " " };
+                let to = Edit::replace(span, format!(" TO{blank}"));
+                Remedy::from("count with FOR and TO, as in FOR I = 1 TO 10").fix(to)
+            }
+            ("the end of the line", "CRE") if has(&["PRINT"]) => {
+                let joint = Span::new(before.trim_end().len(), span.end);
+                Remedy::from("end the record with CR").fix(Edit::replace(joint, ", CR"))
+            }
+            ("the end of the line", sign) if has(MOTIONS) && !has(&["WITH"]) => {
+                let comma = sign == ",";
+                let next = if comma {
+                    rest.get(1..)?.trim_start_matches(' ')
+                } else {
+                    rest
+                };
+                let (word, _) = leading_word(next);
+                builtin::condition(&word.to_ascii_uppercase())?;
+                let place = Span::new(before.trim_end().len(), self.source.len() - next.len());
+                Remedy::from("put WITH before the conditions of a motion").fix(Edit::replace(place, " WITH "))
+            }
+            ("the end of the line", "=") if has(&["DOUT"]) => {
+                let call = line.trim_end().strip_suffix(')')?;
+                let (name, number) = call.rsplit_once('(')?;
+                let name = name.trim_end().get(name.trim_end().len().checked_sub(4)?..)?;
+                let start = before.trim_end().len() - number.len() - name.len() - 2;
+                let end = before.trim_end().len();
+                let after = rest.split(['\r', '\n']).next()?;
+                let after = self.source.get(end..span.start + after.len())?;
+                self.line(name, number, Span::new(start, end), after)?
+            }
+            ("\",\"", _) if rest.starts_with('"') && has(&["TP", "COM1", "IP1", "IP2"]) => {
+                let joint = Span::new(before.trim_end().len(), span.start);
+                Remedy::from("put a comma after the channel").fix(Edit::replace(joint, ", "))
+            }
+            ("\"(\"" | "\"=\" or the end of the line", _) => {
+                let word = words.last().filter(|_| line.trim_end().ends_with(is_letter))?;
+                if expected != "\"(\"" && !self.outline.parts.iter().any(|part| part.name() == word) {
+                    return None;
+                }
+                let is_operand = |c: char| is_letter(c) || matches!(c, ',' | '-' | '.' | ' ');
+                let length = rest.find(|c| !is_operand(c)).unwrap_or(rest.len());
+                let operands = rest.get(..length)?.trim_end();
+                // A word of the language may begin something else.
+                let mut operand_words = operands.split(|c: char| !is_letter(c));
+                let reserved =
+                    operand_words.any(|word| builtin::is_reserved(&word.to_ascii_uppercase(), self.arm));
+                if operands.is_empty() || reserved || !ends_line(rest.get(length..)?) {
+                    return Some(format!("write the values of {word} between parentheses").into());
+                }
+                let place = Span::new(before.trim_end().len(), span.start + operands.len());
+                let written = Edit::replace(place, format!("({operands})"));
+                Remedy::from(format!("write {word}({operands})")).fix(written)
+            }
+            _ => return None,
+        })
+    }
+
     /// Remedy for `WAIT FOR condition` and `WAIT UNTIL condition`, `FOR I IN range`, and `MOVEJ` with one point.
     pub(super) fn surplus_word(&self, diagnostic: &Diagnostic) -> Option<Remedy> {
         let before = self.source.get(..diagnostic.span.start)?.trim_end();
@@ -293,6 +393,9 @@ impl Suggester<'_> {
                 let word = Span::new(start, start + "MOVEJ".len());
                 let remedy = "MOVEJ is the arch motion, with two points; a motion of all joints is MOVE";
                 Some(Remedy::from(remedy).fix(Edit::replace(word, "MOVE")))
+            }
+            (word, _) if diagnostic.message.ends_with("found the end of the line") && word == "DO" => {
+                Some("write the statement on the same line: ON condition DO statement".into())
             }
             (_, "IN") if line.contains("FOR ") => Some("count with FOR and TO, as in FOR I = 1 TO 10".into()),
             _ => None,
