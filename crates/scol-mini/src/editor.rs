@@ -9,8 +9,10 @@ mod index;
 mod marks;
 mod name;
 mod notes;
+mod offers;
 
 pub use context::{Call, Context, Expected};
 pub use index::{Block, BlockKind, Index, Role, Symbol, SymbolKind, Use};
 pub use marks::{Mark, MarkKind};
 pub use name::{NameError, check_name};
+pub use offers::{Offer, OfferKind, offers};

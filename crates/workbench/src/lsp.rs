@@ -81,7 +81,7 @@ pub struct Server<P> {
 #[derive(Debug, Deserialize)]
 #[serde(rename_all = "camelCase")]
 struct AtPosition {
-    text_document: Identifier,
+    text_document: TextDocument,
     position: Position,
 }
 
@@ -89,45 +89,31 @@ struct AtPosition {
 #[derive(Debug, Deserialize)]
 #[serde(rename_all = "camelCase")]
 struct AtRange {
-    text_document: Identifier,
+    text_document: TextDocument,
     range: Span,
 }
 
 #[derive(Debug, Deserialize)]
 #[serde(rename_all = "camelCase")]
 struct OfDocument {
-    text_document: Identifier,
+    text_document: TextDocument,
 }
 
+/// A file; its text where it is opened, its version there and where it changes.
 #[derive(Debug, Deserialize)]
-struct Identifier {
+struct TextDocument {
     uri: String,
-}
-
-#[derive(Debug, Deserialize)]
-#[serde(rename_all = "camelCase")]
-struct Opened {
-    text_document: OpenedText,
-}
-
-#[derive(Debug, Deserialize)]
-struct OpenedText {
-    uri: String,
+    #[serde(default)]
     version: i64,
+    #[serde(default)]
     text: String,
 }
 
 #[derive(Debug, Deserialize)]
 #[serde(rename_all = "camelCase")]
 struct Changed {
-    text_document: Versioned,
+    text_document: TextDocument,
     content_changes: Vec<Change>,
-}
-
-#[derive(Debug, Deserialize)]
-struct Versioned {
-    uri: String,
-    version: i64,
 }
 
 /// A change of a text: a part, or all of it.
@@ -365,7 +351,7 @@ impl<P: Project> Server<P> {
     ) -> Result<(), ResponseError> {
         match method {
             "textDocument/didOpen" => {
-                let OpenedText { uri, version, text } = params.parse::<Opened>()?.text_document;
+                let TextDocument { uri, version, text } = params.parse::<OfDocument>()?.text_document;
                 // Editors that go by the folder open the table of points as a program.
                 if uri.to_ascii_lowercase().ends_with(".csv") {
                     return Ok(());
