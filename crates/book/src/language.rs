@@ -5,8 +5,10 @@ use ts3100_proto::words::shortened;
 
 /// Pages that say what a word of the language does.
 const LANGUAGE: &str = "reference/scol/";
-/// Page with a list of all words, which says least.
+/// Page with a list of all words, which says little.
 const WORDS: &str = "reference/scol/limits";
+/// Pages with rows about groups of statements: what DO refuses, where a stop leaves them.
+const GROUPS: [&str; 2] = ["reference/scol/do", "reference/scol/running"];
 const ALARMS: &str = "reference/alarms";
 /// Rank of rows that mention a word.
 const MENTION: u8 = 2;
@@ -89,6 +91,7 @@ fn rank(passage: &Passage<'_>, word: &str) -> u8 {
     });
     match begins {
         _ if passage.page.path == WORDS => MENTION,
+        _ if GROUPS.contains(&passage.page.path.as_str()) => MENTION + 1,
         _ if heading == "Rule" || !has || effect.starts_with("see ") || effect.contains(", see ") => {
             MENTION + 1
         }

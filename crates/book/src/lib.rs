@@ -85,7 +85,10 @@ impl Passage<'_> {
         let cells = page::cells(row)
             .into_iter()
             .map(|cell| page::without_links(&cell));
-        page::cells(head).into_iter().zip(cells).collect()
+        let head = page::cells(head)
+            .into_iter()
+            .map(|cell| page::without_links(&cell));
+        head.zip(cells).collect()
     }
 
     /// Its Markdown without links, which lead to other pages of the book.

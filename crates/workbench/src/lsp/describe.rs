@@ -32,9 +32,10 @@ pub(super) fn hover(document: &Document, byte: usize) -> Value {
 
 fn described(document: &Document, mark: &Mark) -> Option<String> {
     match mark.kind {
-        // The constant has the row of its word; the monitor has that of DO.
+        // The other ON is a constant.
         MarkKind::Word(WordKind::Flow) if document.text_of(mark.span).eq_ignore_ascii_case("ON") => {
-            book().language_word("DO")
+            let (form, effect) = book().call_forms("ON").into_iter().next()?;
+            Some(format!("`{form}`  \n{effect}"))
         }
         MarkKind::Word(_) | MarkKind::Type => {
             book().language_word(&document.text_of(mark.span).to_ascii_uppercase())

@@ -807,6 +807,14 @@ fn a_word_is_what_its_place_makes_of_it() {
         (kinds("ON"), kinds("MOD")),
         (vec!["enumMember", "keyword"], vec!["operator", "function"])
     );
+    let found = editor.ask_at("textDocument/hover", "t.scol", text, "O|N DIN", json!({}));
+    assert!(
+        found["contents"]["value"]
+            .as_str()
+            .unwrap()
+            .contains("arms a monitor"),
+        "{found}"
+    );
     // A misspelt statement looks like a call, and is none.
     assert_eq!(kinds("MOVEL"), [""; 0]);
     assert_eq!(
