@@ -89,7 +89,7 @@ fn columns(arm: Arm) -> Vec<&'static str> {
 /// A line, cut at its commas.
 struct Row<'a> {
     line: usize,
-    /// Fields without blanks around them, each with the character it begins at.
+    /// Fields without blanks and double quotes around them, each with the character it begins at.
     fields: Vec<(usize, &'a str)>,
 }
 
@@ -98,7 +98,13 @@ impl<'a> Row<'a> {
         let mut column = 1;
         let fields = text.split(',').map(|field| {
             let blanks = field.chars().take_while(|c| c.is_whitespace()).count();
-            let place = (column + blanks, field.trim());
+            // Spreadsheets put fields between quotes.
+            let text = field.trim();
+            let quoted = text.strip_prefix('"').and_then(|text| text.strip_suffix('"'));
+            let place = match quoted.filter(|text| !text.contains('"')) {
+                Some(text) => (column + blanks + 1, text.trim()),
+                None => (column + blanks, text),
+            };
             column += field.chars().count() + 1;
             place
         });
@@ -120,7 +126,7 @@ impl<'a> Row<'a> {
             expected: expected.into(),
             found: match found {
                 "" => "nothing".to_string(),
-                text => format!("`{}`", text.escape_debug()),
+                text => format!("`{}`", escaped(text)),
             },
         }
     }
@@ -131,9 +137,21 @@ impl<'a> Row<'a> {
             return Ok(());
         }
         let at = found.min(columns.len()).saturating_sub(1);
+        let found = match found {
+            1 if self.field(0).contains(';') => "semicolons between them".to_string(),
+            1 => "1 field".to_string(),
+            _ => format!("{found} fields"),
+        };
         Err(PointsError {
-            found: format!("{found} fields"),
-            ..self.wrong(at, format!("{} fields, {}", columns.len(), columns.join(",")))
+            found,
+            ..self.wrong(
+                at,
+                format!(
+                    "{} fields with commas between them, {}",
+                    columns.len(),
+                    columns.join(",")
+                ),
+            )
         })
     }
 
@@ -176,6 +194,16 @@ impl<'a> Row<'a> {
         })?;
         Ok(TaughtPoint { name, position })
     }
+}
+
+/// A field as a message shows it: control codes are written out, quotes stay.
+fn escaped(text: &str) -> String {
+    let parts = text.split_inclusive('"');
+    let parts = parts.map(|part| match part.strip_suffix('"') {
+        Some(part) => format!("{}\"", part.escape_debug()),
+        None => part.escape_debug().to_string(),
+    });
+    parts.collect()
 }
 
 /// A number in the range of a real.
@@ -226,6 +254,8 @@ mod tests {
             assert_eq!(points[0].position.listed(Arm::SixAxis)[8], number, "{config}");
         }
         assert_eq!(parse_points("", Arm::Scara), Ok(Vec::new()));
+        let quoted = "\"NAME\",\"X\",\"Y\",\"Z\",\"C\",\"T\",\"CONFIG\"\n\"P000\", \"123.000\" ,456,10,\"\",0,\"RIGHTY\"\n";
+        assert_eq!(parse_points(quoted, Arm::Scara).unwrap(), points[..1]);
     }
 
     #[test]
@@ -235,12 +265,12 @@ mod tests {
             (
                 Arm::Scara,
                 "P1,1,2,3,4,5",
-                "1:12: expected 7 fields, NAME,X,Y,Z,C,T,CONFIG, found 6 fields",
+                "1:12: expected 7 fields with commas between them, NAME,X,Y,Z,C,T,CONFIG, found 6 fields",
             ),
             (
                 Arm::SixAxis,
                 row,
-                "1:14: expected 10 fields, NAME,X,Y,Z,A,B,C,U,V,CONFIG, found 7 fields",
+                "1:14: expected 10 fields with commas between them, NAME,X,Y,Z,A,B,C,U,V,CONFIG, found 7 fields",
             ),
             (
                 Arm::Scara,
@@ -251,6 +281,26 @@ mod tests {
                 Arm::Scara,
                 &format!("{row}P1,1, zwei,3,4,5,"),
                 "2:7: expected a number, found `zwei`",
+            ),
+            (
+                Arm::Scara,
+                "P1;1;2;3;4;5;",
+                "1:1: expected 7 fields with commas between them, NAME,X,Y,Z,C,T,CONFIG, found semicolons between them",
+            ),
+            (
+                Arm::Scara,
+                "P1",
+                "1:1: expected 7 fields with commas between them, NAME,X,Y,Z,C,T,CONFIG, found 1 field",
+            ),
+            (
+                Arm::Scara,
+                "P1,\"zwei\",,,,,",
+                "1:5: expected a number, found `zwei`",
+            ),
+            (
+                Arm::Scara,
+                "P1,1\"\t2,,,,,",
+                "1:4: expected a number, found `1\"\\t2`",
             ),
             (Arm::Scara, "P1,nan,,,,,", "1:4: expected a number, found `nan`"),
             (Arm::Scara, "P1,1e39,,,,,", "1:4: expected a number, found `1e39`"),
