@@ -3,6 +3,7 @@
 use super::document::Document;
 use super::rpc;
 use super::text::{Position, Span, Text};
+use scol_mini::editor::MarkKind;
 use scol_mini::{Diagnostic, Edit, Severity};
 use serde_json::{Value, json};
 use ts3100_book::explain_command;
@@ -11,6 +12,8 @@ use ts3100_recording::uri;
 pub(super) const QUICK_FIX: &str = "quickfix";
 /// Every fix of a file at once; editors carry it out when a file is saved, if they are told to.
 pub(super) const FIX_ALL: &str = "source.fixAll.ts3100";
+/// A file without a PROGRAM.
+const NO_PROGRAM: &str = "E0304";
 /// What editors show as the origin of a diagnostic.
 const SOURCE: &str = "ts3100";
 /// Warnings about what nothing uses; editors show it faded.
@@ -26,8 +29,15 @@ pub(super) fn published(uri: &str, version: Option<i64>, diagnostics: &[Value]) 
 
 /// The diagnostics of a file. `explanation` gives the address of the page that explains a code.
 pub(super) fn diagnostics(document: &Document, explanation: impl Fn(&str) -> Option<String>) -> Vec<Value> {
+    // A file that is just begun lacks its PROGRAM, as everybody sees.
+    let is_begun = document
+        .index()
+        .marks()
+        .iter()
+        .all(|mark| mark.kind == MarkKind::Comment);
     let found = document.diagnostics().iter();
     found
+        .filter(|found| !is_begun || found.code != NO_PROGRAM)
         .map(|diagnostic| {
             let mut value = diagnostic_json(document, diagnostic);
             if let Some(address) = explanation(diagnostic.code) {

@@ -246,6 +246,15 @@ fn errors_are_shown_while_a_line_is_typed_and_go_when_it_is_right() {
         editor.change("t.scol", json!([{ "text": "PROGRAM T\nEND\n" }])),
         []
     );
+    // A file that is just begun is not red.
+    assert_eq!(
+        editor.change("t.scol", json!([{ "text": "' picks a part\n" }])),
+        []
+    );
+    assert_eq!(
+        editor.change("t.scol", json!([{ "text": "GLOBAL\nEND\n" }])),
+        [("E0304".to_owned(), 1)]
+    );
     editor.tell(
         "textDocument/didClose",
         json!({ "textDocument": { "uri": address("t.scol") } }),
