@@ -9,7 +9,7 @@ mod report;
 use super::exit::{NEGATIVE, UNUSABLE};
 use super::input::{self, is_stdin};
 use super::output;
-use super::programs::{self, FolderError};
+use super::programs::{self, FolderError, points_beside};
 use super::watch::{Announcement, watch};
 use crate::color;
 use crate::config::model::ModelChoice;
@@ -24,7 +24,6 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use ts3100_control::printable::printable;
 use ts3100_controller::{Config, Dialect};
-use ts3100_workbench::lsp::project::TABLE;
 
 /// Check SCOL files for errors and likely mistakes.
 ///
@@ -62,7 +61,8 @@ impl CheckArgs {
         let programs: Vec<PathBuf> = found
             .map(|found| found.unwrap_or_else(|error| error.path))
             .collect();
-        let beside: BTreeSet<PathBuf> = programs.iter().map(|path| path.with_file_name(TABLE)).collect();
+        // One that is written later is there when it is looked for again.
+        let beside: BTreeSet<PathBuf> = programs.iter().filter_map(|path| points_beside(path)).collect();
         let beside = beside.into_iter().filter(|_| self.points.is_none());
         let model = match &self.model {
             ModelChoice::File(path) => Some(path),
@@ -121,7 +121,7 @@ fn check_all(args: &CheckArgs) -> anyhow::Result<u8> {
         let file = match found {
             Ok(path) => {
                 // Programs of one folder share its table.
-                let wanted = args.points.clone().or_else(|| programs::points_beside(&path));
+                let wanted = args.points.clone().or_else(|| points_beside(&path));
                 if wanted != table {
                     let arm = config.model.language();
                     let points = wanted.as_deref().map(|path| read_points(path, arm));

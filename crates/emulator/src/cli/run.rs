@@ -31,7 +31,6 @@ use ts3100_driver::clock::TimeMode;
 use ts3100_driver::pc_file::{drive_content, drive_name};
 use ts3100_recording::reports::lcov;
 use ts3100_recording::scenario::{MAX_ENTRIES, Scenario, Step};
-use ts3100_workbench::lsp::project::TABLE;
 
 /// Largest file of records, in bytes.
 const MAX_RECORDS: u64 = 64 * 1024 * 1024;
@@ -111,11 +110,7 @@ impl RunArgs {
             // An unknown word is reported by the run.
             Ok(ModelChoice::Shipped(_)) | Err(_) => None,
         });
-        let table = self
-            .points
-            .clone()
-            .unwrap_or_else(|| self.file.with_file_name(TABLE));
-        let settings = self.scenario.iter().cloned().chain([table]);
+        let settings = self.scenario.iter().cloned().chain(self.table());
         let program = std::iter::once(self.file.clone());
         program.chain(records).chain(models).chain(settings).collect()
     }
