@@ -231,7 +231,8 @@ def documents():
     """the book, its examples, the schemas, completions, SCOL in an editor; the program as people build it, and the README's session with it"""
     packages("curl:curl", "tshark:tshark", "socat:socat", "nvim:neovim")
     together(book=system("docs/book", "--tools", TOOLS), examples=serving("docs/page_examples"), schemas=serving("docs/json_schemas"),
-             completions=serving("packages/completions"), editors=serving("packages/editors"))
+             completions=serving("packages/completions"), editors=serving("packages/editors"),
+             language_server=serving("packages/language_server"))
     run("cargo", "build", "--locked", "--release")
     run(*system("packages/profiles_agree", TARGET / "release/ts3100", dist()))
     # A panic in it names our functions.

@@ -1,6 +1,8 @@
 //! What the book says about a word of SCOL or an alarm, in the form in which an editor shows it beside a program.
 
+use crate::page::cells;
 use crate::{Book, Passage};
+use std::collections::BTreeMap;
 use ts3100_proto::words::shortened;
 
 /// Pages that say what a word of the language does.
@@ -57,6 +59,27 @@ impl Book {
                 if has_operands && !forms.iter().any(|(known, _)| known == form) {
                     let effect = cells.get(1).map_or("", |(_, cell)| cell.as_str());
                     forms.push((form.to_owned(), effect.to_owned()));
+                }
+            }
+        }
+        forms
+    }
+
+    /// The first form of each word that has operands, as [`Book::call_forms`] has them, in one pass.
+    pub fn first_forms(&self) -> BTreeMap<String, String> {
+        let mut forms = BTreeMap::new();
+        for page in self.pages.iter().filter(|page| page.path.starts_with(LANGUAGE)) {
+            for row in &page.rows {
+                let cells = cells(page.line(row));
+                let subject = cells.first().map_or("", String::as_str);
+                for form in subject.split('`').skip(1).step_by(2) {
+                    let end = form.find(['(', ' ']);
+                    let word = end
+                        .and_then(|end| form.get(..end))
+                        .filter(|word| !word.is_empty());
+                    if let Some(word) = word {
+                        forms.entry(word.to_owned()).or_insert_with(|| form.to_owned());
+                    }
                 }
             }
         }
@@ -151,6 +174,10 @@ mod tests {
             .collect();
         assert_eq!(forms, ["BCDOUT(first, digits, value)"]);
         assert_eq!(book().call_forms("STOP"), []);
+        let first = book().first_forms();
+        for word in ["BCDOUT", "MOVES", "DELAY", "POINT", "MAX"] {
+            assert_eq!(first[word], book().call_forms(word)[0].0);
+        }
         assert!(book().alarm("2-046").unwrap().starts_with("### Alarm 2-046\n"));
         assert_eq!(book().alarm("9-999"), None);
     }

@@ -1,8 +1,8 @@
 //! The words that can follow at a place.
 
 use super::document::Document;
+use scol_mini::WordKind;
 use scol_mini::editor::{Expected, Offer, OfferKind, SymbolKind, offers};
-use scol_mini::{WordKind, words};
 use serde_json::{Value, json};
 use std::collections::BTreeMap;
 use std::sync::LazyLock;
@@ -21,10 +21,7 @@ mod kind {
 }
 
 /// The first form of each word that has operands.
-static FORMS: LazyLock<BTreeMap<&str, String>> = LazyLock::new(|| {
-    let first = |word| Some((word, book().call_forms(word).into_iter().next()?.0));
-    words().filter_map(first).collect()
-});
+static FORMS: LazyLock<BTreeMap<String, String>> = LazyLock::new(|| book().first_forms());
 
 /// Texts with places to fill in: word, description, text, and where it fits.
 const SNIPPETS: &[(&str, &str, &str)] = &[
