@@ -132,6 +132,9 @@ def build(options):
         if target == own:
             # A position-independent program relocates itself at its start: in this form the table takes 400 kB less. zig's linker has it not.
             flags.append("-Clink-arg=-Wl,-z,pack-relative-relocs")
+            # The linker of the toolchain folds functions whose code is the same: a twentieth of the program.
+            shims = os.path.join(sysroot, "lib", "rustlib", target.replace("musl", "gnu"), "bin", "gcc-ld")
+            flags += ["-Clink-arg=-B" + shims, "-Clink-arg=-fuse-ld=lld", "-Clink-arg=-Wl,--icf=all"]
         print("building %s" % target, flush=True)
         run(*cargo, "--locked", "--profile", "dist", "--package", "ts3100-emulator", "--bin", "ts3100", "--target", target,
             CARGO_ENCODED_RUSTFLAGS="\x1f".join(flags), CARGO_TARGET_DIR=work, CARGO_INCREMENTAL="0", PATH=path)
