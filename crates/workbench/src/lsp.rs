@@ -177,6 +177,9 @@ impl<P: Project> Server<P> {
             }
         }
         if self.phase == Phase::Running {
+            if !self.changed.is_empty() && self.projects.tables_differ() {
+                self.read_again();
+            }
             self.send_diagnostics(&mut out);
         }
         out

@@ -84,7 +84,8 @@ pub(super) fn items(document: &Document, byte: usize, trigger: Option<&str>, tak
         .text_of(context.word)
         .starts_with(|letter: char| letter.is_ascii_lowercase());
     let mut items: Vec<Value> = Vec::new();
-    for Offer { text, kind, detail } in &found {
+    let has_order = matches!(context.expected, Expected::Words(_));
+    for (at, Offer { text, kind, detail }) in found.iter().enumerate() {
         let form = FORMS
             .get(text.as_str())
             .filter(|_| matches!(kind, OfferKind::Word(_)));
@@ -98,7 +99,8 @@ pub(super) fn items(document: &Document, byte: usize, trigger: Option<&str>, tak
             "label": label,
             "kind": number,
             "detail": form.unwrap_or(detail),
-            "sortText": format!("{rank}{label}"),
+            // THEN comes before AND.
+            "sortText": if has_order { format!("{rank}{at:02}") } else { format!("{rank}{label}") },
             "textEdit": { "range": range, "newText": label },
         }));
     }

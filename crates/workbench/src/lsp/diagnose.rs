@@ -111,7 +111,12 @@ pub(super) fn table_diagnostic(document: &Document) -> Option<(String, Vec<Value
 
 /// The fixes of the diagnostics in a part of a file, and one of all.
 pub(super) fn actions(document: &Document, range: Span, only: Option<&[Value]>) -> Value {
-    let asked = document.text.bytes(range);
+    let mut asked = document.text.bytes(range);
+    if asked.is_empty() {
+        // A cursor asks for its line.
+        let (_, line) = document.index().line_of(asked.start);
+        asked = line.start.min(asked.start)..line.end.max(asked.end);
+    }
     let is_asked_for = |kind: &str| {
         only.is_none_or(|only| {
             let mut wanted = only.iter().filter_map(Value::as_str);

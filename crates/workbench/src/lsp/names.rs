@@ -183,7 +183,8 @@ fn collision(document: &Document, symbol: &Symbol, name: &str) -> Option<String>
     let mut symbols = document.index().symbols().iter();
     let taken = symbols.find(|other| {
         let meets = other.scope.is_none() || symbol.scope.is_none() || other.scope == symbol.scope;
-        other.name == name && class(other.kind) == class(symbol.kind) && meets
+        // A use of what is not declared may be the name that is wanted.
+        other.declared.is_some() && other.name == name && class(other.kind) == class(symbol.kind) && meets
     })?;
     let line = taken
         .declared

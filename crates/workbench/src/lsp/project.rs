@@ -168,6 +168,15 @@ impl<P: Project> Projects<P> {
         self.tables.borrow_mut().clear();
     }
 
+    /// Whether a table that has been read is another one now: not every editor tells of files that change.
+    pub(super) fn tables_differ(&self) -> bool {
+        let tables = self.tables.borrow();
+        tables.iter().any(|(path, table)| match self.project.read(path) {
+            Ok(text) => table.path.is_none() || text != table.text,
+            Err(_) => table.path.is_some(),
+        })
+    }
+
     /// The table of points of a program.
     pub(super) fn table_of(&self, program: &str) -> Rc<Table> {
         let path = self.points.as_ref().map(|points| match self.folders.first() {

@@ -613,6 +613,14 @@ fn what_can_follow_is_offered() {
     assert!(!labels(&offered("MOVE P9 WITH SPED = 5\n  N = |", none())).contains(&"P9"));
     let found = offered("PRINT COM1, |", none());
     assert_eq!(labels(&found).iter().filter(|label| **label == "CR").count(), 1);
+    let found = offered("IF TOTAL > 1 |", none());
+    let first = found
+        .as_array()
+        .unwrap()
+        .iter()
+        .min_by_key(|item| item["sortText"].to_string())
+        .unwrap();
+    assert_eq!(first["label"], "THEN");
     let found = offered("N = TO|", none());
     let item = found
         .as_array()
@@ -872,6 +880,23 @@ fn a_table_of_points_is_read_again_when_it_changes() {
     editor.tell("workspace/didChangeWatchedFiles", changes.clone());
     assert_eq!(editor.diagnostics("t.scol"), []);
     assert_eq!(editor.published("points.csv"), json!([]));
+    // Without a word of the editor it is read when a program changes.
+    editor
+        .server
+        .projects
+        .project_mut()
+        .0
+        .insert(Path::new(FOLDER).join("points.csv"), POINTS.replace("UP", "DOWN"));
+    let text = json!([{ "text": "PROGRAM T\n  MOVE DOWN\nEND\n" }]);
+    assert_eq!(editor.change("t.scol", text), []);
+    let text = json!([{ "text": "PROGRAM T\n  MOVE UP\nEND\n" }]);
+    editor
+        .server
+        .projects
+        .project_mut()
+        .0
+        .insert(Path::new(FOLDER).join("points.csv"), POINTS.to_owned());
+    assert_eq!(editor.change("t.scol", text), []);
     // Nothing has changed since.
     editor.tell("workspace/didChangeWatchedFiles", changes);
     editor.tell(
