@@ -135,6 +135,8 @@ def build(options):
             # The linker of the toolchain folds functions whose code is the same: a twentieth of the program.
             shims = os.path.join(sysroot, "lib", "rustlib", target.replace("musl", "gnu"), "bin", "gcc-ld")
             flags += ["-Clink-arg=-B" + shims, "-Clink-arg=-fuse-ld=lld", "-Clink-arg=-Wl,--icf=all"]
+        # Three fifths of the language are compiler, lints and what editors ask for. A statement takes 17 ns instead of 12 for it.
+        cargo += ["--config", 'profile.dist.package.scol-mini.opt-level="s"']
         print("building %s" % target, flush=True)
         run(*cargo, "--locked", "--profile", "dist", "--package", "ts3100-emulator", "--bin", "ts3100", "--target", target,
             CARGO_ENCODED_RUSTFLAGS="\x1f".join(flags), CARGO_TARGET_DIR=work, CARGO_INCREMENTAL="0", PATH=path)
