@@ -312,6 +312,23 @@ const STATEMENTS: &[(&str, WordKind)] = {
     ]
 };
 
+/// Words of motions, which may have conditions.
+pub(crate) const MOTIONS: &[&str] = &["MOVE", "MOVES", "MOVEC", "MOVEA", "MOVEI", "MOVEJ", "READY"];
+
+/// Types of an array, after AS.
+pub(crate) const TYPES: &[&str] = &["INTEGER", "REAL", "POINT", "TRANS", "PAYLOAD"];
+
+/// Whether a word in upper case is a channel of PRINT and INPUT.
+pub(crate) fn is_channel(word: &str) -> bool {
+    lookup(STATEMENTS, word) == Some(WordKind::Channel)
+}
+
+/// Words that name a digit of a configuration of this arm, and FREE, which leaves all open.
+pub(crate) fn configurations(arm: Arm) -> impl Iterator<Item = &'static str> {
+    let digits = DIGITS.iter().map(|(word, _)| *word);
+    core::iter::once("FREE").chain(digits.filter(move |word| constant(word, arm).is_some()))
+}
+
 /// The sort of a word in upper case; `None` for a word that the program may use as a name.
 ///
 /// A word that can be more than one thing has the sort of its row: `ON` is a constant, though a monitor begins with it.

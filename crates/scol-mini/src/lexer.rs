@@ -210,9 +210,14 @@ fn token(rest: &str, at: usize) -> Result<(Token, usize), Diagnostic> {
     Diagnostic::fail("E0002", Span::new(at, at + 1), message)
 }
 
+/// Whether a word can have this character.
+pub(crate) fn is_letter(c: char) -> bool {
+    c.is_ascii_alphanumeric() || c == '_'
+}
+
 /// The word a text begins with, and what follows it.
 pub(crate) fn leading_word(text: &str) -> (&str, &str) {
-    let end = text.find(|c: char| !c.is_ascii_alphanumeric() && c != '_');
+    let end = text.find(|c| !is_letter(c));
     text.split_at(end.unwrap_or(text.len()))
 }
 

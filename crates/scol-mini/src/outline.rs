@@ -270,6 +270,30 @@ impl Row {
     }
 }
 
+/// Name of a program as the string of TASK has it: blanks do not count (scol.md 3.7).
+pub(crate) fn task_name(text: &str) -> String {
+    let letters = text.chars().filter(|letter| *letter != ' ');
+    letters.collect::<String>().to_ascii_uppercase()
+}
+
+/// Names of the programs that `TASK("NAME")` starts, and their places within the quotes.
+pub(crate) fn tasks(segment: &[Lexeme]) -> impl Iterator<Item = (String, Span)> {
+    segment.windows(3).filter_map(|window| match window {
+        [
+            task,
+            _,
+            Lexeme {
+                token: Token::Text(name),
+                span,
+            },
+        ] if task.word() == "TASK" => Some((
+            task_name(name),
+            Span::new(span.start + 1, span.end.saturating_sub(1)),
+        )),
+        _ => None,
+    })
+}
+
 /// Names of the channels a source prints on, each once; `PRINT` without a channel is on `TP`.
 pub fn print_channels(source: &str) -> BTreeSet<&'static str> {
     const CHANNELS: [&str; 3] = ["COM1", "IP1", "IP2"];

@@ -4,8 +4,8 @@ use crate::prelude::*;
 
 use super::index::{BlockKind, Index};
 use crate::MAX_LINE;
-use crate::builtin::{self, WordKind, word_kind};
-use crate::lexer::{self, Lexeme, Sign, Token};
+use crate::builtin::{self, MOTIONS, TYPES, WordKind, word_kind};
+use crate::lexer::{self, Lexeme, Sign, Token, is_letter, leading_word};
 use crate::lines::Span;
 use crate::options::Arm;
 use crate::outline::word;
@@ -37,6 +37,10 @@ pub enum Expected {
     Frame,
     /// Load data.
     Load,
+    /// The letter of a coordinate.
+    Coordinate,
+    /// A word of a configuration.
+    Configuration,
     /// One of these words.
     Words(&'static [&'static str]),
     /// A name that is made up here, a text, a comment.
@@ -61,23 +65,14 @@ pub struct Context {
     pub call: Option<Call>,
 }
 
-const MOTIONS: [&str; 7] = ["MOVE", "MOVES", "MOVEC", "MOVEJ", "MOVEA", "MOVEI", "READY"];
 /// Motions to a position.
 const TO_POSITIONS: [&str; 4] = ["MOVE", "MOVES", "MOVEC", "MOVEJ"];
 const BLOCKS: &[&str] = &["GLOBAL", "PROGRAM", "DATA"];
 const DATA: &[&str] = &["POINT", "TRANS", "PAYLOAD", "WORK", "END"];
 const GLOBALS: &[&str] = &["DIM", "END"];
-const TYPES: &[&str] = &["INTEGER", "REAL", "POINT", "TRANS", "PAYLOAD"];
 const AS: &[&str] = &["AS"];
 const SWITCHES: &[&str] = &["PASS", "NOWAIT"];
 const OPERATORS: &[&str] = &["AND", "OR", "MOD"];
-const SIX_AXIS_LETTERS: &[&str] = &["X", "Y", "Z", "A", "B", "C", "U", "V"];
-const SCARA_LETTERS: &[&str] = &["X", "Y", "Z", "C", "T"];
-const SIX_AXIS_CONFIGURATION: &[&str] = &[
-    "FREE", "LEFTY", "RIGHTY", "ABOVE", "BELOW", "NFLIP", "FLIP", "SINGLE4", "DOUBLE4", "SINGLE6", "DOUBLE6",
-];
-const SCARA_CONFIGURATION: &[&str] = &["FREE", "LEFTY", "RIGHTY"];
-
 impl Context {
     /// The place before this byte of a source; beyond it, its end.
     pub fn at(source: &str, byte: usize, index: &Index, arm: Arm) -> Context {
@@ -87,11 +82,11 @@ impl Context {
         // The empty line after the last line end is none of the file.
         let (number, line) = index.line_of(byte);
         let number = number + u32::from(line.end < byte - before.len());
-        let begun = before.trim_end_matches(|letter: char| letter.is_ascii_alphanumeric() || letter == '_');
+        let begun = before.trim_end_matches(is_letter);
         let rest = source.get(byte..).unwrap_or_default();
         let word = Span::new(
             byte - (before.len() - begun.len()),
-            byte + (rest.len() - after_word(rest).len()),
+            byte + (leading_word(rest).0.len()),
         );
         let nothing = Context {
             expected: Expected::Nothing,
@@ -140,11 +135,6 @@ impl Context {
     }
 }
 
-/// Text after the word that it begins with.
-fn after_word(text: &str) -> &str {
-    text.trim_start_matches(|letter: char| letter.is_ascii_alphanumeric() || letter == '_')
-}
-
 fn leads_to_program(before: &str) -> bool {
     let begun = before.trim_end();
     let at = begun.len() - begun.bytes().rev().take_while(u8::is_ascii_alphabetic).count();
@@ -191,9 +181,8 @@ fn in_program(tokens: &[Lexeme], arm: Arm) -> Expected {
     let statement = tokens.get(begin..).unwrap_or_default();
     let head = word(statement.first());
     let last = statement.last();
-    let is_scara = arm == Arm::Scara;
     if last.is_some_and(|last| last.is(Sign::Dot)) {
-        return Expected::Words(if is_scara { SCARA_LETTERS } else { SIX_AXIS_LETTERS });
+        return Expected::Coordinate;
     }
     // The condition that gets a value here: of the statement, or the last one after WITH.
     if let [.., condition, sign] = statement
@@ -201,8 +190,7 @@ fn in_program(tokens: &[Lexeme], arm: Arm) -> Expected {
     {
         return match condition.word() {
             "ACCUR" => Expected::Words(&["FINE", "COARSE"]),
-            "CONFIG" if is_scara => Expected::Words(SCARA_CONFIGURATION),
-            "CONFIG" => Expected::Words(SIX_AXIS_CONFIGURATION),
+            "CONFIG" => Expected::Configuration,
             "TOOL" | "WORK" | "BASE" => Expected::Frame,
             "PAYLOAD" => Expected::Load,
             _ => Expected::Value,
@@ -278,23 +266,18 @@ fn is_open(tokens: &[Lexeme]) -> bool {
 }
 
 /// Whether a value is complete at the end.
-fn ends_value(tokens: &[Lexeme]) -> bool {
+pub(super) fn ends_value(tokens: &[Lexeme]) -> bool {
     match tokens.last().map(|last| &last.token) {
         Some(Token::Integer(_) | Token::Real(_) | Token::Text(_)) => true,
         Some(Token::Sign(sign)) => matches!(sign, Sign::Close | Sign::CloseBrace),
-        Some(Token::Word(text)) => ends_word(text),
+        Some(Token::Word(text)) => word_kind(text, Arm::SixAxis).is_none_or(|kind| {
+            matches!(
+                kind,
+                WordKind::Variable | WordKind::Condition | WordKind::Constant | WordKind::Channel
+            )
+        }),
         None => false,
     }
-}
-
-/// Whether a word is a value, or the end of one.
-pub(super) fn ends_word(text: &str) -> bool {
-    word_kind(text, Arm::SixAxis).is_none_or(|kind| {
-        matches!(
-            kind,
-            WordKind::Variable | WordKind::Condition | WordKind::Constant | WordKind::Channel
-        )
-    })
 }
 
 /// The innermost call that is open at the end of tokens.
@@ -352,7 +335,7 @@ mod tests {
             ("PRINT COM1, |", Expected::Item),
             ("INPUT COM1, |", Expected::Variable),
             ("N = |", Expected::Value),
-            ("N = P1.|", Expected::Words(SCARA_LETTERS)),
+            ("N = P1.|", Expected::Coordinate),
             ("N = 1 |", Expected::Words(OPERATORS)),
             ("TOOL = |", Expected::Frame),
             ("PAYLOAD = |", Expected::Load),

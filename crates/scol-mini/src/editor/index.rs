@@ -5,13 +5,14 @@ use alloc::collections::{BTreeMap, BTreeSet};
 use core::ops::RangeInclusive;
 
 use super::marks::{Mark, MarkKind, marks};
+use crate::MAX_SOURCE;
+use crate::builtin::{self, TYPES};
 use crate::lexer::{Lexeme, Sign, Token};
 use crate::lines::{Line, Span, lines};
 use crate::lint::targets;
 use crate::options::Arm;
-use crate::outline::{Outline, Part, Region, names};
+use crate::outline::{Outline, Part, Region, names, tasks};
 use crate::points::TaughtPoint;
-use crate::{MAX_SOURCE, builtin};
 
 /// Kind of a name.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
@@ -292,7 +293,9 @@ impl Builder<'_> {
     }
 
     fn segment(&mut self, segment: &[Lexeme]) {
-        self.tasks(segment);
+        for (name, span) in tasks(segment) {
+            self.used(Space::Programs, SymbolKind::Program, &name, span, Role::Read);
+        }
         let (first, rest) = match segment.split_first() {
             Some((first, rest)) => (first, rest),
             None => return,
@@ -325,22 +328,6 @@ impl Builder<'_> {
             head => {
                 self.used(Space::Programs, SymbolKind::Program, head, first.span, Role::Read);
                 self.read(rest);
-            }
-        }
-    }
-
-    /// Names of programs in `TASK("NAME")`.
-    fn tasks(&mut self, segment: &[Lexeme]) {
-        for window in segment.windows(3) {
-            if let [task, _, text] = window
-                && task.word() == "TASK"
-                && let Token::Text(name) = &text.token
-            {
-                let letters = name.chars().filter(|letter| *letter != ' ');
-                let name: String = letters.collect::<String>().to_ascii_uppercase();
-                // Without the quotes.
-                let span = Span::new(text.span.start + 1, text.span.end.saturating_sub(1));
-                self.used(Space::Programs, SymbolKind::Program, &name, span, Role::Read);
             }
         }
     }
@@ -422,9 +409,6 @@ impl Builder<'_> {
         self.index.uses.push(Use { symbol, span, role });
     }
 }
-
-/// The types after AS.
-const TYPES: [&str; 2] = ["INTEGER", "REAL"];
 
 #[cfg(test)]
 mod tests {

@@ -2,7 +2,7 @@
 
 use crate::prelude::*;
 
-use super::context::ends_word;
+use super::context::ends_value;
 use super::index::{BlockKind, Index};
 use crate::MAX_LINE;
 use crate::builtin::{WordKind, word_kind};
@@ -78,23 +78,13 @@ fn kind(tokens: &[Lexeme], at: usize, in_data: bool, arm: Arm) -> MarkKind {
             MarkKind::Word(match text.as_str() {
                 "ON" if begins => WordKind::Flow,
                 // As a function it has its operands in parentheses, and nothing to its left.
-                "MOD" if ends_value(before) => WordKind::Operator,
+                "MOD" if ends_value(tokens.get(..at).unwrap_or_default()) => WordKind::Operator,
                 _ => kind,
             })
         }),
         Some(Token::Integer(_) | Token::Real(_)) => MarkKind::Number,
         Some(Token::Text(_)) => MarkKind::Text,
         Some(Token::Sign(_)) | None => MarkKind::Sign,
-    }
-}
-
-/// Whether a value can end with a token.
-fn ends_value(token: Option<&Lexeme>) -> bool {
-    match token.map(|lexeme| &lexeme.token) {
-        Some(Token::Integer(_) | Token::Real(_)) => true,
-        Some(Token::Sign(sign)) => matches!(sign, Sign::Close | Sign::CloseBrace),
-        Some(Token::Word(text)) => ends_word(text),
-        Some(Token::Text(_)) | None => false,
     }
 }
 

@@ -4,7 +4,7 @@ use crate::prelude::*;
 
 use super::context::{Context, Expected};
 use super::index::{BlockKind, Index, Symbol, SymbolKind};
-use crate::builtin::{WordKind, word_kind, words};
+use crate::builtin::{WordKind, configurations, word_kind, words};
 use crate::options::Arm;
 use crate::points::TaughtPoint;
 
@@ -106,6 +106,11 @@ impl<'a> List<'a> {
                 self.names(&[Data], |kind| kind == "PAYLOAD");
                 self.exact(&["PAYLOAD"]);
             }
+            Expected::Coordinate => {
+                let letters = self.arm.coordinates().chars();
+                letters.for_each(|letter| self.exact(&[letter.encode_utf8(&mut [0; 4])]));
+            }
+            Expected::Configuration => configurations(self.arm).for_each(|word| self.exact(&[word])),
             Expected::Words(words) => self.exact(words),
         }
         self.offers

@@ -6,12 +6,11 @@
 use crate::prelude::*;
 use alloc::collections::{BTreeMap, BTreeSet};
 
+use crate::builtin::MOTIONS;
 use crate::diagnostic::{Diagnostic, Sink, Span};
 use crate::fix::Edit;
 use crate::lexer::{Lexeme, Sign, Token};
 use crate::outline::{Outline, Part, Row, sign, word};
-
-const MOTIONS: &[&str] = &["MOVE", "MOVES", "MOVEC", "MOVEA", "MOVEI", "MOVEJ", "READY"];
 
 pub(super) fn lint(outline: &Outline, source: &str, broken: &BTreeSet<u32>, sink: &mut Sink) {
     // A statement after a motion begins when the arm rests unless the file sets something else.

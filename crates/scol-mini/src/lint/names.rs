@@ -8,9 +8,9 @@ use alloc::collections::{BTreeMap, BTreeSet};
 use super::flow::targets;
 use crate::builtin;
 use crate::diagnostic::{Diagnostic, Sink, Span};
-use crate::lexer::{Lexeme, Sign, Token};
+use crate::lexer::{Lexeme, Sign};
 use crate::options::Arm;
-use crate::outline::{Outline, Part, Row, names, word};
+use crate::outline::{Outline, Part, Row, names, tasks, word};
 use crate::suggest::CHANNELS;
 
 /// Uses of names in the statements of a program.
@@ -141,7 +141,7 @@ impl<'a> Uses<'a> {
 
     fn segment(&mut self, segment: &'a [Lexeme], arm: Arm) {
         let head = word(segment.first());
-        self.tasks(segment);
+        self.called.extend(tasks(segment).map(|(name, _)| name));
         match head {
             "NEXT" | "" => return,
             "GOTO" => self.labels.extend(targets(segment).map(|(label, _)| label)),
@@ -163,7 +163,7 @@ impl<'a> Uses<'a> {
 
     /// An assignment or a call.
     fn named(&mut self, head: &'a str, segment: &'a [Lexeme], arm: Arm) {
-        // What a plain variable is computed from itself is not read by it: N = N + 1.
+        // A plain variable that is computed from itself is not read by that: N = N + 1.
         let counts = segment.get(1).is_some_and(|lexeme| lexeme.is(Sign::Assign));
         let further = names(segment, arm).skip(1).map(|(name, _)| name);
         self.used.extend(further.filter(|name| !counts || *name != head));
@@ -180,20 +180,6 @@ impl<'a> Uses<'a> {
                 for (name, span) in names(segment, arm).skip(1) {
                     self.assigned.entry(name).or_insert(span);
                 }
-            }
-        }
-    }
-
-    /// Programs started by `TASK("NAME")`.
-    fn tasks(&mut self, segment: &'a [Lexeme]) {
-        for pair in segment.windows(3) {
-            if let [task, _, name] = pair
-                && task.word() == "TASK"
-                && let Token::Text(name) = &name.token
-            {
-                // Blanks within the name do not count (scol.md 3.7).
-                let name = name.chars().filter(|c| *c != ' ');
-                self.called.insert(name.map(|c| c.to_ascii_uppercase()).collect());
             }
         }
     }

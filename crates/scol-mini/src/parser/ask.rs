@@ -11,6 +11,7 @@ use crate::conditions::AXES;
 use crate::diagnostic::Diagnostic;
 use crate::fix::Edit;
 use crate::lexer::{Sign, Token};
+use crate::outline::task_name;
 use crate::request::{Channel, Request};
 use crate::tree::{Ask, Change, Expression, Item, MotionKind, Name, PerAxis, Simple, Variable};
 
@@ -232,8 +233,7 @@ impl Cursor<'_> {
         };
         self.advance();
         self.expect_sign(Sign::Close)?;
-        let letters = text.chars().filter(|letter| *letter != ' ');
-        let text = letters.collect::<String>().to_ascii_uppercase();
+        let text = task_name(text);
         Ok(Ask::Task {
             target,
             name: Name { text, span },

@@ -4,17 +4,15 @@
 //! are misspelt are left to the parent module.
 
 use super::{Remedy, Suggester};
-use crate::builtin;
+use crate::builtin::{self, MOTIONS, is_channel};
 use crate::diagnostic::{Diagnostic, Span};
 use crate::fix::Edit;
-use crate::lexer::leading_word;
+use crate::lexer::{is_letter, leading_word};
 use crate::prelude::*;
 
 /// Words by which other languages read an input and switch an output.
 const INPUTS: &[&str] = &["IN", "DI", "DIN", "INP", "INPUT", "SIGI"];
 const OUTPUTS: &[&str] = &["OUT", "DO", "DOUT", "OUTPUT", "SIGO"];
-/// Words of motions, which may have conditions.
-const MOTIONS: &[&str] = &["MOVE", "MOVES", "MOVEC", "MOVEA", "MOVEI", "MOVEJ", "READY"];
 /// Words that begin a statement after DO or THEN.
 const BEGINNINGS: &[&str] = &[
     "DOUT", "PRINT", "MOVE", "MOVES", "DELAY", "BREAK", "RETURN", "PULOUT", "BCDOUT",
@@ -137,10 +135,7 @@ impl Suggester<'_> {
             return remedy.fix(Edit::replace(span, "COM1"));
         }
         let (word, _) = leading_word(rest);
-        if ["TP", "COM1", "IP1", "IP2"]
-            .iter()
-            .any(|known| known.eq_ignore_ascii_case(word))
-        {
+        if is_channel(&word.to_ascii_uppercase()) {
             let remove = Edit::replace(Span::new(start, start + 1), "");
             return Remedy::from("remove it: the name of a channel has no #").fix(remove);
         }
@@ -345,7 +340,7 @@ impl Suggester<'_> {
                 let after = self.source.get(end..span.start + after.len())?;
                 self.line(name, number, Span::new(start, end), after)?
             }
-            ("\",\"", _) if rest.starts_with('"') && has(&["TP", "COM1", "IP1", "IP2"]) => {
+            ("\",\"", _) if rest.starts_with('"') && words.iter().any(|word| is_channel(word)) => {
                 let joint = Span::new(before.trim_end().len(), span.start);
                 Remedy::from("put a comma after the channel").fix(Edit::replace(joint, ", "))
             }
@@ -424,10 +419,6 @@ fn joins_strings(before: &str, rest: &str) -> bool {
     let prints = words.any(|word| word.eq_ignore_ascii_case("PRINT"));
     let after = rest.get(1..).unwrap_or_default().trim_start_matches(' ');
     prints && (line.trim_end().ends_with('"') || after.starts_with('"'))
-}
-
-fn is_letter(c: char) -> bool {
-    c.is_ascii_alphanumeric() || c == '_'
 }
 
 /// The word or the number a text begins with, and what follows it.

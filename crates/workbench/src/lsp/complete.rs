@@ -84,7 +84,10 @@ pub(super) fn items(document: &Document, byte: usize, trigger: Option<&str>, tak
         .text_of(context.word)
         .starts_with(|letter: char| letter.is_ascii_lowercase());
     let mut items: Vec<Value> = Vec::new();
-    let has_order = matches!(context.expected, Expected::Words(_));
+    let has_order = matches!(
+        context.expected,
+        Expected::Words(_) | Expected::Coordinate | Expected::Configuration
+    );
     for (at, Offer { text, kind, detail }) in found.iter().enumerate() {
         let form = FORMS
             .get(text.as_str())
