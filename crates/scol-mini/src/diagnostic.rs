@@ -98,6 +98,15 @@ impl Diagnostic {
         self
     }
 
+    /// Bytes of the place; they do not go beyond the end of its line.
+    ///
+    /// `source` is the text that was compiled.
+    pub fn bytes(&self, source: &str) -> Range<usize> {
+        let (_, after) = self.source_line(source);
+        let start = self.span.start.min(source.len());
+        start..start + self.marked(after).len()
+    }
+
     /// Columns of the place, from 1, in characters as editors count them; they do not go beyond the end of its line.
     ///
     /// `source` is the text that was compiled.

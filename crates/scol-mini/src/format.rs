@@ -62,8 +62,8 @@ pub fn format(source: &str) -> String {
         text.push_str(end);
     }
     // What follows the code 1A is no part of the file and is not touched.
-    let behind = source.find('\u{1A}').and_then(|at| source.get(at..));
-    text.push_str(behind.unwrap_or_default());
+    let after = source.find('\u{1A}').and_then(|at| source.get(at..));
+    text.push_str(after.unwrap_or_default());
     if text.len() > MAX_SOURCE {
         return source.into();
     }
@@ -185,9 +185,9 @@ fn align(rows: &mut [Row]) {
             let following = rest.iter().skip(1);
             1 + following.take_while(|row| row.continues(column)).count()
         });
-        let (run, behind) = rest.split_at_mut(length);
+        let (run, others) = rest.split_at_mut(length);
         place(run);
-        rest = behind;
+        rest = others;
     }
 }
 

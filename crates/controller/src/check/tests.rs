@@ -322,7 +322,7 @@ const INTENDED: &[(&str, &str, &[&str])] = &[
     ),
 ];
 
-/// Programs that nobody wrote to be warned about get no warning but the intended ones.
+/// Programs that are not about warnings get none but the intended ones.
 #[test]
 fn no_program_of_the_repository_is_warned_of_without_a_reason() {
     let mut programs = Vec::new();

@@ -189,7 +189,7 @@ impl Parser<'_> {
                 self.close(line.number);
                 Ok(())
             }
-            // What follows END names what it closes in other languages.
+            // The word after END names the block that it closes in other languages.
             ("END", _) if cursor.foreign_word() == "END" && !cursor.is_assignment() => {
                 let end = cursor.span().end;
                 cursor.advance();

@@ -93,7 +93,7 @@ impl Cursor<'_> {
     }
 }
 
-/// What a line does to the innermost of these blocks that it belongs to.
+/// Effect of a line on the innermost of these blocks that it belongs to.
 pub(super) fn part_of(open: &[&ForeignBlock], word: &str) -> Option<Part> {
     let at = open
         .iter()

@@ -58,7 +58,7 @@ fn state(word: &str) -> Option<bool> {
     }
 }
 
-/// What is left of a line after the statement: nothing, or a comment.
+/// Whether nothing is left of a line after the statement, or a comment.
 fn ends_line(rest: &str) -> bool {
     let rest = rest.trim_start_matches([' ', ';']);
     rest.is_empty() || rest.starts_with(['\r', '\n', '\'', '\u{1A}'])

@@ -174,7 +174,7 @@ fn survive(seed: u64) {
     );
 }
 
-/// Column of the comment behind a statement, `None` where that is in doubt.
+/// Column of the comment after a statement, `None` where that is in doubt.
 fn comment_column(line: &str) -> Option<usize> {
     let (mut column, mut in_text, mut has_statement) = (0, false, false);
     if line.to_ascii_uppercase().contains("REMARK") {
@@ -196,7 +196,7 @@ fn comment_column(line: &str) -> Option<usize> {
     None
 }
 
-/// Lines with a comment of their own, at one of a few columns that changes now and then, behind blanks or tabs.
+/// Lines with a comment of their own, at one of a few columns that changes now and then, after blanks or tabs.
 fn commented(source: &str, random: &mut Random) -> String {
     let (mut column, mut text) = (16, String::new());
     for line in source.lines() {
