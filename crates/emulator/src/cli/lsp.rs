@@ -30,9 +30,6 @@ use ts3100_workbench::lsp::{Project, Server, Settings, SettingsError};
 /// Messages that are read ahead; an editor that sends more waits.
 const AHEAD: usize = 256;
 
-/// Most entries of a folder among which files without an ending are looked for.
-const MAX_ENTRIES: usize = 10_000;
-
 /// Serve SCOL to an editor (Language Server Protocol over stdin and stdout).
 ///
 /// Configure your editor to start `ts3100 lsp` for SCOL files. It shows errors while you type and fixes them, completes,
@@ -136,7 +133,7 @@ impl Project for Disk {
         });
         listed
             .filter_map(Result::ok)
-            .chain(without_ending(folder))
+            .chain(programs::without_ending(folder))
             .collect()
     }
 
@@ -156,22 +153,6 @@ impl Project for Disk {
             .or_insert_with_key(|code| write_page(code));
         page.clone()
     }
-}
-
-/// The files in a folder that have no ending and are not hidden, as programs have none on the controller.
-fn without_ending(folder: &Path) -> impl Iterator<Item = PathBuf> {
-    let entries = fs::read_dir(folder)
-        .into_iter()
-        .flatten()
-        .flatten()
-        .take(MAX_ENTRIES);
-    let files = entries.filter(|entry| entry.file_type().is_ok_and(|kind| kind.is_file()));
-    let is_hidden = |path: &Path| {
-        path.file_name()
-            .is_some_and(|name| name.as_encoded_bytes().starts_with(b"."))
-    };
-    let paths = files.map(|entry| entry.path());
-    paths.filter(move |path| path.extension().is_none() && !is_hidden(path))
 }
 
 /// Writes what `ts3100 explain` prints to a file that the editor opens, and returns its address.

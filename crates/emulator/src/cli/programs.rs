@@ -4,7 +4,7 @@
 //! symbolic links too: their target is found in its own place, and a link to a folder above cannot cause a loop.
 
 use super::input::is_stdin;
-use std::fs;
+use std::fs::{self, DirEntry};
 use std::io;
 use std::path::{Path, PathBuf};
 use ts3100_driver::files;
@@ -47,7 +47,21 @@ pub(super) fn points_beside(program: &Path) -> Option<PathBuf> {
     (!is_stdin(program) && table.is_file()).then_some(table)
 }
 
-/// What a folder holds, while it is listed.
+/// The files in a folder that have no ending, as programs have none on the controller. Hidden ones are left out.
+pub(super) fn without_ending(folder: &Path) -> impl Iterator<Item = PathBuf> {
+    let entries = fs::read_dir(folder).into_iter().flatten().flatten();
+    let files = entries
+        .take(MAX_FILES)
+        .filter(|entry| !is_hidden(entry) && entry.file_type().is_ok_and(|kind| kind.is_file()));
+    let paths = files.map(|entry| entry.path());
+    paths.filter(|path| path.extension().is_none())
+}
+
+fn is_hidden(entry: &DirEntry) -> bool {
+    entry.file_name().as_encoded_bytes().starts_with(b".")
+}
+
+/// The content of a folder, while it is listed.
 #[derive(Default)]
 struct Folder {
     files: Vec<PathBuf>,
@@ -77,7 +91,7 @@ impl Folder {
                 return Ok(());
             }
             self.entries += 1;
-            if entry.file_name().as_encoded_bytes().starts_with(b".") {
+            if is_hidden(&entry) {
                 continue;
             }
             let (path, kind) = (entry.path(), entry.file_type()?);
