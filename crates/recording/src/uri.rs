@@ -1,6 +1,7 @@
 //! URIs in reports and of editors (RFC 3986): of files, and names of codes.
 
 use std::path::{Path, PathBuf};
+use ts3100_proto::escape::hex_byte;
 
 /// Percent-encodes one segment of a path; unreserved characters stay.
 pub fn percent_encoded(segment: &str) -> String {
@@ -45,7 +46,7 @@ pub fn to_path(uri: &str) -> Option<PathBuf> {
         bytes.push(match letter {
             b'%' => {
                 let digits = [letters.next()?, letters.next()?];
-                u8::from_str_radix(std::str::from_utf8(&digits).ok()?, 16).ok()?
+                hex_byte(std::str::from_utf8(&digits).ok()?)?
             }
             letter => letter,
         });
