@@ -9,3 +9,4 @@
 
 pub mod framing;
 pub mod lsp;
+pub mod rpc;

@@ -10,7 +10,6 @@ mod document;
 mod layout;
 mod names;
 pub mod project;
-mod rpc;
 mod text;
 
 #[cfg(test)]
@@ -18,12 +17,13 @@ mod tests;
 
 pub use project::{Project, Settings, SettingsError};
 
+use crate::rpc::{self, Message, RequestId, ResponseError};
 use document::Document;
 use project::Projects;
-use rpc::{Message, RequestId, ResponseError};
 use serde::Deserialize;
 use serde_json::{Value, json};
 use std::collections::{BTreeMap, BTreeSet};
+use std::rc::Rc;
 use text::{Position, Span, Text, Units};
 
 /// Most files that are open at a time.
@@ -68,7 +68,7 @@ pub struct Server<P> {
     projects: Projects<P>,
     phase: Phase,
     client: Client,
-    documents: BTreeMap<String, Document>,
+    documents: BTreeMap<String, Rc<Document>>,
     /// Open files whose diagnostics have not been sent since they changed.
     changed: BTreeSet<String>,
     /// Tables of points with a diagnostic.
@@ -229,7 +229,7 @@ impl<P: Project> Server<P> {
             _ => return self.serve_place(method, &params),
         };
         self.open(&params.parse::<OfDocument>()?.text_document.uri)
-            .map(of_document)
+            .map(|document| of_document(document))
     }
 
     /// Answers what is asked about a place of a file.
@@ -365,10 +365,8 @@ impl<P: Project> Server<P> {
                 }
                 let text = Text::new(text, self.client.units);
                 let table = self.projects.table_of(&uri);
-                self.documents.insert(
-                    uri.clone(),
-                    Document::new(&uri, text, version, &self.projects, table),
-                );
+                let document = Document::new(&uri, text, version, &self.projects, table);
+                self.documents.insert(uri.clone(), Rc::new(document));
                 self.changed.insert(uri);
             }
             "textDocument/didChange" => {
@@ -378,10 +376,7 @@ impl<P: Project> Server<P> {
                 } = params.parse()?;
                 let uri = text_document.uri;
                 let units = self.client.units;
-                let document = self
-                    .documents
-                    .get_mut(&uri)
-                    .ok_or_else(|| ResponseError::not_open(&uri))?;
+                let document = Rc::clone(self.open(&uri)?);
                 let mut text = document.text.clone();
                 for change in content_changes {
                     match change.range {
@@ -389,7 +384,8 @@ impl<P: Project> Server<P> {
                         None => text = Text::new(change.text, units),
                     }
                 }
-                document.change(text, text_document.version);
+                let document = document.with_text(text, text_document.version);
+                self.documents.insert(uri.clone(), Rc::new(document));
                 self.changed.insert(uri);
             }
             "textDocument/didClose" => {
@@ -419,8 +415,9 @@ impl<P: Project> Server<P> {
     fn read_again(&mut self) {
         self.projects.forget_tables();
         for (uri, document) in &mut self.documents {
-            let table = self.projects.table_of(uri);
-            if document.settle(&self.projects, table) {
+            let (model, table) = (self.projects.model(), self.projects.table_of(uri));
+            if let Some(settled) = document.with_settings(model, table) {
+                *document = Rc::new(settled);
                 self.changed.insert(uri.clone());
             }
         }
@@ -463,7 +460,7 @@ impl<P: Project> Server<P> {
         }
     }
 
-    fn open(&self, uri: &str) -> Result<&Document, ResponseError> {
+    fn open(&self, uri: &str) -> Result<&Rc<Document>, ResponseError> {
         self.documents
             .get(uri)
             .ok_or_else(|| ResponseError::not_open(uri))

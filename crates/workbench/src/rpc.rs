@@ -1,15 +1,14 @@
-//! JSON-RPC 2.0: a message and what it is, responses and their errors.
+//! JSON-RPC 2.0: a message of an editor and its kind, responses and their errors. `ts3100 mcp` answers with them too.
 
-use super::project::SettingsError;
 use serde::de::DeserializeOwned;
 use serde_json::{Value, json};
 
 /// The number or text of a request.
-pub(super) type RequestId = Value;
+pub type RequestId = Value;
 
 /// A message of the editor.
 #[derive(Debug)]
-pub(super) enum Message {
+pub(crate) enum Message {
     Request {
         id: RequestId,
         method: String,
@@ -25,11 +24,11 @@ pub(super) enum Message {
 }
 
 impl Message {
-    pub(super) fn parse(bytes: &[u8]) -> Message {
+    pub fn parse(bytes: &[u8]) -> Message {
         let mut message: Value = match serde_json::from_slice(bytes) {
             Ok(message) => message,
             Err(error) => {
-                let error = ResponseError::new(-32_700, format!("the message is not JSON: {error}"));
+                let error = ResponseError::not_json(format!("the message is not JSON: {error}"));
                 return Message::Invalid(Value::Null, error);
             }
         };
@@ -57,7 +56,7 @@ impl Message {
     }
 
     /// The request that the message cancels.
-    pub(super) fn cancels(&self) -> Option<RequestId> {
+    pub fn cancels(&self) -> Option<RequestId> {
         match self {
             Message::Notification { method, params } if method == "$/cancelRequest" => {
                 params.get("id").cloned()
@@ -72,9 +71,9 @@ impl Message {
 
 /// An answer that something cannot be done.
 #[derive(Debug)]
-pub(super) struct ResponseError {
+pub struct ResponseError {
     code: i64,
-    pub(super) message: String,
+    pub(crate) message: String,
 }
 
 impl ResponseError {
@@ -83,64 +82,66 @@ impl ResponseError {
         ResponseError { code, message }
     }
 
-    pub(super) fn invalid_request(message: &str) -> ResponseError {
+    /// The message is not JSON.
+    pub fn not_json(message: impl Into<String>) -> ResponseError {
+        ResponseError::new(-32_700, message)
+    }
+
+    /// The message is JSON and not a request, or a request at the wrong time.
+    pub fn invalid_request(message: &str) -> ResponseError {
         ResponseError::new(-32_600, message)
     }
 
-    pub(super) fn unknown_method(method: &str) -> ResponseError {
-        ResponseError::new(-32_601, format!("unknown method {method}"))
+    /// No such method.
+    pub fn unknown_method(message: impl Into<String>) -> ResponseError {
+        ResponseError::new(-32_601, message)
     }
 
-    pub(super) fn invalid_params(message: impl Into<String>) -> ResponseError {
+    /// The parameters do not fit the method.
+    pub fn invalid_params(message: impl Into<String>) -> ResponseError {
         ResponseError::new(-32_602, message)
     }
 
-    pub(super) fn not_open(uri: &str) -> ResponseError {
+    pub(crate) fn not_open(uri: &str) -> ResponseError {
         ResponseError::invalid_params(format!("{uri} is not open"))
     }
 
-    pub(super) fn not_initialized() -> ResponseError {
+    pub(crate) fn not_initialized() -> ResponseError {
         ResponseError::new(-32_002, "the server is not initialized; send initialize first")
     }
 
-    pub(super) fn cancelled() -> ResponseError {
+    pub(crate) fn cancelled() -> ResponseError {
         ResponseError::new(-32_800, "cancelled")
     }
 
     /// The request is valid and cannot be carried out.
-    pub(super) fn failed(message: impl Into<String>) -> ResponseError {
+    pub(crate) fn failed(message: impl Into<String>) -> ResponseError {
         ResponseError::new(-32_803, message)
     }
 }
 
-impl From<SettingsError> for ResponseError {
-    fn from(error: SettingsError) -> ResponseError {
-        ResponseError::invalid_params(error.to_string())
-    }
-}
-
 /// The parameters of a request.
-pub(super) struct Params(pub(super) Value);
+pub(crate) struct Params(pub(crate) Value);
 
 impl Params {
-    pub(super) fn parse<T: DeserializeOwned>(&self) -> Result<T, ResponseError> {
+    pub fn parse<T: DeserializeOwned>(&self) -> Result<T, ResponseError> {
         T::deserialize(&self.0).map_err(|error| ResponseError::invalid_params(error.to_string()))
     }
 
     /// The text at a JSON pointer; empty where there is none.
-    pub(super) fn text(&self, pointer: &str) -> &str {
+    pub fn text(&self, pointer: &str) -> &str {
         self.0
             .pointer(pointer)
             .and_then(Value::as_str)
             .unwrap_or_default()
     }
 
-    pub(super) fn is_set(&self, pointer: &str) -> bool {
+    pub fn is_set(&self, pointer: &str) -> bool {
         self.0.pointer(pointer) == Some(&Value::Bool(true))
     }
 
     /// The addresses in a list of folders.
-    pub(super) fn uris(&self, pointer: &str) -> Vec<String> {
+    pub fn uris(&self, pointer: &str) -> Vec<String> {
         let folders = self
             .0
             .pointer(pointer)
@@ -153,7 +154,8 @@ impl Params {
     }
 }
 
-pub(super) fn response(id: &RequestId, result: Result<Value, ResponseError>) -> Value {
+/// A response: the result, or the error.
+pub fn response(id: &RequestId, result: Result<Value, ResponseError>) -> Value {
     match result {
         Ok(result) => json!({ "jsonrpc": "2.0", "id": id, "result": result }),
         Err(ResponseError { code, message }) => {
@@ -162,6 +164,6 @@ pub(super) fn response(id: &RequestId, result: Result<Value, ResponseError>) -> 
     }
 }
 
-pub(super) fn notification(method: &str, params: &Value) -> Value {
+pub(crate) fn notification(method: &str, params: &Value) -> Value {
     json!({ "jsonrpc": "2.0", "method": method, "params": params })
 }

@@ -15,6 +15,7 @@ use clap::Args;
 use serde_json::{Value, json};
 use std::io::{self, BufRead, Read as _, Write as _};
 use tools::{TOOLS, Tool, ToolError};
+use ts3100_workbench::rpc::{ResponseError, response};
 
 /// Longest message in bytes: a program of the largest size, escaped.
 const MAX_MESSAGE: u64 = 1024 * 1024;
@@ -26,15 +27,6 @@ const BYTE_ORDER_MARK: &[u8] = b"\xEF\xBB\xBF";
 const INSTRUCTIONS: &str = "An emulated robot controller (Toshiba Machine TS3100). Programs are in SCOL. Check a program with \
     check_program, store and select it with load_program, start it with run_program. findings lists the protocol mistakes of a host program. explain \
     explains codes and words; documentation has the manual of the emulator and of SCOL.";
-
-/// JSON-RPC: a message that is not JSON.
-const PARSE_ERROR: i64 = -32_700;
-/// JSON-RPC: JSON that is not a request.
-const INVALID_REQUEST: i64 = -32_600;
-/// JSON-RPC: a method that does not exist.
-const UNKNOWN_METHOD: i64 = -32_601;
-/// JSON-RPC: parameters that do not fit.
-const INVALID_PARAMS: i64 = -32_602;
 
 /// Let an AI assistant operate a running emulator (Model Context Protocol over stdin and stdout).
 ///
@@ -115,7 +107,8 @@ pub(super) fn run(args: &McpArgs) -> anyhow::Result<u8> {
 /// The answer to a line: to a message, or in one array those to a batch, which the revision 2025-03-26 has.
 fn answer(robot: &Robot<'_>, line: &[u8]) -> Option<Value> {
     let Ok(message) = serde_json::from_slice::<Value>(line) else {
-        return Some(failed(&Value::Null, PARSE_ERROR, "the message is not JSON"));
+        let error = ResponseError::not_json("the message is not JSON");
+        return Some(response(&Value::Null, Err(error)));
     };
     let Some(batch) = message.as_array().filter(|batch| !batch.is_empty()) else {
         return answer_message(robot, &message);
@@ -133,7 +126,10 @@ fn answer_message(robot: &Robot<'_>, message: &Value) -> Option<Value> {
     let Some(method) = message.get("method").and_then(Value::as_str) else {
         let is_answer = message.get("result").is_some() || message.get("error").is_some();
         let id = id.unwrap_or(&Value::Null);
-        return (!is_answer).then(|| failed(id, INVALID_REQUEST, "the request lacks a method"));
+        return (!is_answer).then(|| {
+            let error = ResponseError::invalid_request("the request lacks a method");
+            response(id, Err(error))
+        });
     };
     let id = id?;
     let parameters = message.get("params").unwrap_or(&Value::Null);
@@ -146,18 +142,12 @@ fn answer_message(robot: &Robot<'_>, message: &Value) -> Option<Value> {
         "resources/list" => Ok(json!({ "resources": [] })),
         "resources/templates/list" => Ok(json!({ "resourceTemplates": [] })),
         "tools/call" => {
-            call(robot, parameters).ok_or((INVALID_PARAMS, "unknown tool; call tools/list for the names"))
+            let message = "unknown tool; call tools/list for the names";
+            call(robot, parameters).ok_or_else(|| ResponseError::invalid_params(message))
         }
-        _ => Err((UNKNOWN_METHOD, "unknown method")),
+        _ => Err(ResponseError::unknown_method("unknown method")),
     };
-    Some(match result {
-        Ok(result) => json!({ "jsonrpc": "2.0", "id": id, "result": result }),
-        Err((code, message)) => failed(id, code, message),
-    })
-}
-
-fn failed(id: &Value, code: i64, message: &str) -> Value {
-    json!({ "jsonrpc": "2.0", "id": id, "error": { "code": code, "message": message } })
+    Some(response(id, result))
 }
 
 fn initialize(parameters: &Value) -> Value {

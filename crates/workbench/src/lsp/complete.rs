@@ -102,6 +102,7 @@ pub(super) fn items(document: &Document, byte: usize, trigger: Option<&str>, tak
             "label": label,
             "kind": number,
             "detail": form.unwrap_or(detail),
+            "data": matches!(kind, OfferKind::Word(_)).then_some(text),
             // THEN comes before AND.
             "sortText": if has_order { format!("{rank}{at:02}") } else { format!("{rank}{label}") },
             "textEdit": { "range": range, "newText": label },
@@ -116,6 +117,7 @@ pub(super) fn items(document: &Document, byte: usize, trigger: Option<&str>, tak
                 "label": label,
                 "kind": kind::SNIPPET,
                 "detail": detail,
+                "data": word,
                 "sortText": format!("3{label}"),
                 "insertTextFormat": 2,
                 "textEdit": { "range": range, "newText": text },
@@ -143,24 +145,10 @@ fn number_and_rank(kind: OfferKind) -> (u8, u8) {
     }
 }
 
-/// An item with the description of its word.
+/// An item with the description of its word, which it has in `data`.
 pub(super) fn resolved(mut item: Value) -> Value {
-    let label = item
-        .get("label")
-        .and_then(Value::as_str)
-        .unwrap_or_default()
-        .to_ascii_uppercase();
-    let is_name = matches!(
-        item.get("sortText")
-            .and_then(Value::as_str)
-            .map(|text| text.chars().next()),
-        Some(Some('0' | '1'))
-    );
-    let text = label
-        .split(' ')
-        .next()
-        .filter(|word| !is_name && !word.is_empty())
-        .and_then(|word| book().language_word(word));
+    let word = item.get("data").and_then(Value::as_str);
+    let text = word.and_then(|word| book().language_word(word));
     if let (Some(text), Some(item)) = (text, item.as_object_mut()) {
         item.insert(
             "documentation".into(),

@@ -64,7 +64,7 @@ fn alarm(document: &Document, byte: usize) -> Option<(Range<usize>, String)> {
     Some((start..end, book().alarm(number)?))
 }
 
-/// What a name is, how it is declared, and what is written about it.
+/// A name: its kind, its declaration, and the comments above that.
 pub(super) fn name(document: &Document, symbol: &Symbol) -> Option<String> {
     // A program that is not declared is a misspelt statement.
     if symbol.kind == SymbolKind::Program && symbol.declared.is_none() {

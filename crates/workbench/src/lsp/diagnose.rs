@@ -1,8 +1,8 @@
 //! Diagnostics as messages, and the fixes that they offer.
 
 use super::document::Document;
-use super::rpc;
 use super::text::{Position, Span, Text};
+use crate::rpc;
 use scol_mini::editor::MarkKind;
 use scol_mini::{Diagnostic, Edit, Severity};
 use serde_json::{Value, json};
@@ -54,7 +54,7 @@ fn diagnostic_json(document: &Document, diagnostic: &Diagnostic) -> Value {
         None => diagnostic.message.clone(),
     };
     let mut value = json!({
-        "range": document.text.span(place(document, diagnostic)),
+        "range": document.text.span(diagnostic.bytes(document.source())),
         "severity": match diagnostic.severity {
             Severity::Error => 1,
             Severity::Warning => 2,
@@ -68,14 +68,6 @@ fn diagnostic_json(document: &Document, diagnostic: &Diagnostic) -> Value {
         value["tags"] = json!([1]);
     }
     value
-}
-
-/// The bytes of a diagnostic, which do not go beyond the end of its line.
-fn place(document: &Document, diagnostic: &Diagnostic) -> std::ops::Range<usize> {
-    let start = diagnostic.span.start;
-    let rest = document.source().get(start..).unwrap_or_default();
-    let line = rest.find(['\r', '\n']).unwrap_or(rest.len());
-    start..diagnostic.span.end.clamp(start, start + line)
 }
 
 /// The address of the table of points of a file, with the error in it.
@@ -132,7 +124,7 @@ pub(super) fn actions(document: &Document, range: Span, only: Option<&[Value]>) 
         .filter_map(|found| Some((found, found.fix.as_deref()?)));
     let mut actions: Vec<Value> = Vec::new();
     for (diagnostic, edit) in fixes.clone().filter(|_| is_asked_for(QUICK_FIX)) {
-        let place = place(document, diagnostic);
+        let place = diagnostic.bytes(document.source());
         if place.start <= asked.end && asked.start <= place.end {
             actions.push(json!({
                 "title": capitalised(&edit.title(document.source())),

@@ -42,26 +42,27 @@ impl Document {
         }
     }
 
-    /// Replaces the text.
-    pub(super) fn change(&mut self, text: Text, version: i64) {
-        (self.text, self.version) = (text, version);
-        self.forget();
-    }
-
-    /// Takes over settings; whether they differ from those it had.
-    pub(super) fn settle<P>(&mut self, projects: &Projects<P>, table: Rc<Table>) -> bool {
-        let model = projects.model();
-        let differs = *table != *self.table || !Rc::ptr_eq(&model, &self.model);
-        if differs {
-            (self.table, self.model) = (table, model);
-            self.forget();
+    /// The file with another text.
+    pub(super) fn with_text(&self, text: Text, version: i64) -> Document {
+        Document {
+            uri: self.uri.clone(),
+            text,
+            version,
+            table: Rc::clone(&self.table),
+            model: Rc::clone(&self.model),
+            index: OnceCell::new(),
+            diagnostics: OnceCell::new(),
         }
-        differs
     }
 
-    fn forget(&mut self) {
-        self.index = OnceCell::new();
-        self.diagnostics = OnceCell::new();
+    /// The file with other settings; `None` if it has them.
+    pub(super) fn with_settings(&self, model: Rc<ArmModel>, table: Rc<Table>) -> Option<Document> {
+        let differs = table != self.table || !Rc::ptr_eq(&model, &self.model);
+        differs.then(|| Document {
+            model,
+            table,
+            ..self.with_text(self.text.clone(), self.version)
+        })
     }
 
     /// Its file, unless it has none.

@@ -1,12 +1,13 @@
 //! The places of a name: its definition, its uses, a new name for it, and the lists of names.
 
 use super::document::Document;
-use super::rpc::ResponseError;
 use super::text::Text;
+use crate::rpc::ResponseError;
 use scol_mini::editor::{Block, BlockKind, Role, Symbol, SymbolKind, Use, check_name};
 use scol_mini::{MAX_DATA_NAME, Span};
 use serde_json::{Value, json};
 use std::collections::BTreeMap;
+use std::rc::Rc;
 use ts3100_recording::uri;
 
 /// Most symbols in an answer about all files.
@@ -64,7 +65,7 @@ pub(super) fn references(
     document: &Document,
     byte: usize,
     with_declaration: bool,
-    others: impl FnOnce() -> Vec<Document>,
+    others: impl FnOnce() -> Vec<Rc<Document>>,
 ) -> Value {
     let Some((symbol, found)) = document.symbol_at(byte) else {
         return Value::Null;
@@ -122,7 +123,7 @@ pub(super) fn rename(
     document: &Document,
     byte: usize,
     new_name: &str,
-    others: impl FnOnce() -> Vec<Document>,
+    others: impl FnOnce() -> Vec<Rc<Document>>,
 ) -> Result<Value, ResponseError> {
     let (symbol, found) = renamed(document, byte)?;
     let new_name = new_name.trim();
@@ -251,7 +252,7 @@ fn block_symbol(document: &Document, block: &Block) -> Value {
 }
 
 /// Programs, variables of GLOBAL and data of all files whose names have these letters, in this order.
-pub(super) fn workspace_symbols(documents: &[Document], query: &str) -> Value {
+pub(super) fn workspace_symbols(documents: &[Rc<Document>], query: &str) -> Value {
     let query = query.to_ascii_uppercase();
     let matches = |name: &str| {
         let mut letters = name.chars();

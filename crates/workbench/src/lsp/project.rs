@@ -2,6 +2,7 @@
 
 use super::document::Document;
 use super::text::{Text, Units};
+use crate::rpc::ResponseError;
 use scol_mini::{PointsError, TaughtPoint, parse_points};
 use serde_json::Value;
 use std::cell::RefCell;
@@ -46,6 +47,12 @@ pub enum SettingsError {
     Model(String),
     #[error("unknown setting {0:?}; the settings are model and points")]
     Unknown(String),
+}
+
+impl From<SettingsError> for ResponseError {
+    fn from(error: SettingsError) -> ResponseError {
+        ResponseError::invalid_params(error.to_string())
+    }
 }
 
 /// The settings of the command line.
@@ -222,7 +229,7 @@ impl<P: Project> Projects<P> {
     }
 
     /// All programs of the folders of the editor, as they are there if they are open.
-    pub(super) fn programs(&self, open: &BTreeMap<String, Document>, units: Units) -> Vec<Document> {
+    pub(super) fn programs(&self, open: &BTreeMap<String, Rc<Document>>, units: Units) -> Vec<Rc<Document>> {
         self.read_programs(&self.folders, open, units)
     }
 
@@ -230,9 +237,9 @@ impl<P: Project> Projects<P> {
     pub(super) fn sharing_table(
         &self,
         of: &Document,
-        open: &BTreeMap<String, Document>,
+        open: &BTreeMap<String, Rc<Document>>,
         units: Units,
-    ) -> Vec<Document> {
+    ) -> Vec<Rc<Document>> {
         let folder = of.path().and_then(|path| Some(path.parent()?.to_path_buf()));
         let folders = match self.points {
             Some(_) => self.folders.clone(),
@@ -246,16 +253,16 @@ impl<P: Project> Projects<P> {
     fn read_programs(
         &self,
         folders: &[PathBuf],
-        open: &BTreeMap<String, Document>,
+        open: &BTreeMap<String, Rc<Document>>,
         units: Units,
-    ) -> Vec<Document> {
+    ) -> Vec<Rc<Document>> {
         let mut paths: Vec<PathBuf> = folders
             .iter()
             .flat_map(|folder| self.project.programs(folder))
             .collect();
         paths.sort();
         paths.dedup();
-        let mut found: Vec<Document> = open.values().map(|document| self.copy(document, units)).collect();
+        let mut found: Vec<Rc<Document>> = open.values().cloned().collect();
         for path in paths.into_iter().take(MAX_PROGRAMS) {
             if found
                 .iter()
@@ -269,21 +276,16 @@ impl<P: Project> Projects<P> {
             {
                 let uri = uri::of_file(&path);
                 let table = self.table_of(&uri);
-                found.push(Document::new(&uri, Text::new(text, units), 0, self, table));
+                found.push(Rc::new(Document::new(
+                    &uri,
+                    Text::new(text, units),
+                    0,
+                    self,
+                    table,
+                )));
             }
         }
         found
-    }
-
-    fn copy(&self, document: &Document, units: Units) -> Document {
-        let text = Text::new(document.source().to_owned(), units);
-        Document::new(
-            &document.uri,
-            text,
-            document.version,
-            self,
-            Rc::clone(&document.table),
-        )
     }
 }
 

@@ -631,7 +631,7 @@ fn what_can_follow_is_offered() {
     assert_eq!(item["textEdit"]["range"]["start"]["character"], 6);
     let found = editor.ask(
         "completionItem/resolve",
-        json!({ "label": "DELAY", "sortText": "2DELAY" }),
+        json!({ "label": "delay", "data": "DELAY" }),
     );
     assert!(
         found["documentation"]["value"]
