@@ -244,6 +244,8 @@ def dragging(browser, url):
     before = joint.inner_text()
     page.mouse.move(box["x"] + 20, box["y"] + 8)
     page.mouse.down()
+    # The press reads a moment of its own, which is none of the forty.
+    settled_time(page)
     asked = []
     page.on("request", lambda request: request.url.endswith("/state") and asked.append(request.url))
     page.evaluate("""() => {
