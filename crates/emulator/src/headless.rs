@@ -10,7 +10,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 use ts3100_controller::findings::rules;
 use ts3100_controller::{
-    ArmPose, Config, Controller, DriveError, Event, Input, Output, PanelAction, Port, SelectError,
+    ArmPose, Bytes, Config, Controller, DriveError, Event, Input, Output, PanelAction, Port, SelectError,
     StatementCoverage, Time,
 };
 use ts3100_driver::clock::TimeMode;
@@ -179,61 +179,12 @@ pub fn run_until(
         TimeMode::Scaled(factor) => Some(factor),
         TimeMode::Stepped => return Err(RunError::Time(job.time)),
     };
-    let mut config = job.config;
-    // There is no serial line here, so a record arrives without the delay of its baud rate.
-    config.options.serial_pacing = false;
-    let mut run = Runner {
-        seat: Seat::new(Controller::new(config, Vec::new())?),
-        channels_with_records: job.records.keys().cloned().collect(),
-        records: job.records,
-        play: job.scenario.map(Play::new),
-        outcome: Outcome {
-            listen,
-            started_at: Time::ZERO,
-            trace: job.trace,
-            alarm: None,
-            runs: false,
-            ended: false,
-            starting: false,
-            refusal: None,
-            executed: StatementCoverage::default(),
-        },
-    };
-    run.prepare(&job.name, &job.source, &job.lines_on)?;
-    run.seat.await_statements(job.trace || job.record_lines);
-    let started_at = run.seat.controller.now();
-    run.outcome.started_at = started_at;
-    let limit = started_at + job.max_time;
+    let mut run = HeadlessRun::new(job)?;
     let wall = Instant::now();
-    if let Some(play) = &run.play {
-        play.start(&mut run.seat);
-        // What is planned for the start comes before START.
-        run.feed(started_at, Input::Tick);
-    }
-    run.outcome.starting = true;
-    run.feed(started_at, Input::by_hand(PanelAction::Start));
-    run.outcome.starting = false;
-    if let Some(reason) = run.outcome.refusal.take() {
-        return Err(RunError::Start(reason));
-    }
     let ending = loop {
-        if let Some(ending) = run.end() {
-            break ending;
-        }
-        if run.give_record() {
-            continue;
-        }
-        let Some(deadline) = run.seat.deadline() else {
-            break run.end_of_blocked();
-        };
-        if deadline > limit {
-            run.feed(limit, Input::Tick);
-            break RunEnd::TimeUp {
-                line: run.seat.controller.line(),
-            };
-        }
-        if let Some(scale) = scale {
-            let due = wall_time(deadline.since(started_at), scale);
+        let due = run.next_step();
+        if let (Some(scale), Some(due)) = (scale, due) {
+            let due = wall_time(due, scale);
             while let Some(left) = due.checked_sub(wall.elapsed()).filter(|left| !left.is_zero()) {
                 if interrupted.load(Ordering::Relaxed) {
                     break;
@@ -244,7 +195,13 @@ pub fn run_until(
         if interrupted.load(Ordering::Relaxed) {
             return Err(RunError::Interrupted);
         }
-        run.feed(deadline, Input::Tick);
+        let ending = run.step();
+        for (at, happening) in run.take_happenings() {
+            listen(at, happening.event());
+        }
+        if let Some(ending) = ending? {
+            break ending;
+        }
     };
     Ok(run.report(ending))
 }
@@ -254,9 +211,32 @@ fn wall_time(passed: Duration, scale: f64) -> Duration {
     Duration::try_from_secs_f64(passed.as_secs_f64() / scale).unwrap_or(Duration::MAX)
 }
 
+/// What a program has done, as [`RunEvent`] tells it.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(crate) enum Happening {
+    Printed { channel: &'static str, bytes: Bytes },
+    Statement { line: u32, task: u16 },
+    Refused { reason: String },
+}
+
+impl Happening {
+    pub(crate) fn event(&self) -> RunEvent<'_> {
+        match self {
+            Happening::Printed { channel, bytes } => RunEvent::Printed { channel, bytes },
+            Happening::Statement { line, task } => RunEvent::Statement {
+                line: *line,
+                task: *task,
+            },
+            Happening::Refused { reason } => RunEvent::Refused { reason },
+        }
+    }
+}
+
 /// Result of a run, collected from its outputs.
-struct Outcome<'a> {
-    listen: &'a mut dyn FnMut(Duration, RunEvent<'_>),
+#[derive(Clone)]
+struct Outcome {
+    /// Since they were taken last, with the time since the start.
+    happenings: Vec<(Duration, Happening)>,
     started_at: Time,
     /// Statements are reported.
     trace: bool,
@@ -272,16 +252,22 @@ struct Outcome<'a> {
     executed: StatementCoverage,
 }
 
-impl Effects for Outcome<'_> {
+impl Effects for Outcome {
     fn perform(&mut self, _at: Time, output: Output, controller: &Controller) -> Vec<Input> {
         self.executed.record(&output);
         let at = controller.now().since(self.started_at);
-        let mut printed = |channel, bytes: &[u8]| (self.listen)(at, RunEvent::Printed { channel, bytes });
+        let mut add = |happening| self.happenings.push((at, happening));
         match output {
-            Output::Send { port, bytes } if CHANNELS.contains(&port) => printed(port.name(), &bytes),
-            Output::Pendant(text) => printed(PENDANT, text.as_bytes()),
+            Output::Send { port, bytes } if CHANNELS.contains(&port) => {
+                let channel = port.name();
+                add(Happening::Printed { channel, bytes });
+            }
+            Output::Pendant(text) => add(Happening::Printed {
+                channel: PENDANT,
+                bytes: text.into(),
+            }),
             Output::Event(Event::Statement { line, task, .. }) if self.trace => {
-                (self.listen)(at, RunEvent::Statement { line, task });
+                add(Happening::Statement { line, task });
             }
             Output::Event(Event::Alarm { number, text }) => self.alarm = Some((number, text)),
             Output::Event(Event::Status { status, .. }) => {
@@ -298,12 +284,12 @@ impl Effects for Outcome<'_> {
                 if self.starting {
                     self.refusal = Some(reason);
                 } else {
-                    (self.listen)(at, RunEvent::Refused { reason: &reason });
+                    add(Happening::Refused { reason });
                 }
             }
             Output::Event(Event::ActionRefused(error)) => {
                 let reason = error.to_string();
-                (self.listen)(at, RunEvent::Refused { reason: &reason });
+                add(Happening::Refused { reason });
             }
             Output::Event(_)
             | Output::Send { .. }
@@ -319,16 +305,124 @@ impl Effects for Outcome<'_> {
     }
 }
 
-struct Runner<'a> {
+/// A run on its way: each step is one thing that is due.
+pub(crate) struct HeadlessRun {
     seat: Seat,
     records: BTreeMap<String, VecDeque<Vec<u8>>>,
     play: Option<Play>,
     /// Channels for which `--input` was given, also with an empty file.
     channels_with_records: Vec<String>,
-    outcome: Outcome<'a>,
+    outcome: Outcome,
+    /// START has been pressed.
+    started: bool,
+    /// Longest run, in virtual time.
+    limit: Duration,
 }
 
-impl Runner<'_> {
+impl Clone for HeadlessRun {
+    /// A run of its own from the same moment on: its scenario too.
+    fn clone(&self) -> HeadlessRun {
+        let mut seat = self.seat.clone();
+        let play = self.play.as_ref().map(|play| play.fork(&mut seat));
+        HeadlessRun {
+            seat,
+            records: self.records.clone(),
+            play,
+            channels_with_records: self.channels_with_records.clone(),
+            outcome: self.outcome.clone(),
+            started: self.started,
+            limit: self.limit,
+        }
+    }
+}
+
+impl HeadlessRun {
+    /// The program before START.
+    ///
+    /// # Errors
+    /// [`RunError`]: the file is not taken, or does not compile.
+    pub(crate) fn new(job: RunRequest) -> Result<HeadlessRun, RunError> {
+        let mut config = job.config;
+        // There is no serial line here, so a record arrives without the delay of its baud rate.
+        config.options.serial_pacing = false;
+        let mut run = HeadlessRun {
+            seat: Seat::new(Controller::new(config, Vec::new())?),
+            channels_with_records: job.records.keys().cloned().collect(),
+            records: job.records,
+            play: job.scenario.map(Play::new),
+            outcome: Outcome {
+                happenings: Vec::new(),
+                started_at: Time::ZERO,
+                trace: job.trace,
+                alarm: None,
+                runs: false,
+                ended: false,
+                starting: false,
+                refusal: None,
+                executed: StatementCoverage::default(),
+            },
+            started: false,
+            limit: job.max_time,
+        };
+        run.prepare(&job.name, &job.source, &job.lines_on)?;
+        run.seat.await_statements(job.trace || job.record_lines);
+        run.outcome.started_at = run.seat.controller.now();
+        Ok(run)
+    }
+
+    /// When the next step is due, since the start; `None` if it can be taken at once.
+    fn next_step(&self) -> Option<Duration> {
+        let waits = self.started && self.end().is_none() && !self.has_record();
+        let due = self.seat.deadline().filter(|_| waits)?;
+        Some(due.since(self.outcome.started_at).min(self.limit))
+    }
+
+    /// Presses START; afterwards each call does the next thing that is due, or gives a record to the INPUT that waits for
+    /// one. Returns how the run has ended, if it has.
+    ///
+    /// # Errors
+    /// [`RunError::Start`]: the program did not start.
+    pub(crate) fn step(&mut self) -> Result<Option<RunEnd>, RunError> {
+        let started_at = self.outcome.started_at;
+        if !self.started {
+            self.started = true;
+            if let Some(play) = &self.play {
+                play.start(&mut self.seat);
+                // What is planned for the start comes before START.
+                self.feed(started_at, Input::Tick);
+            }
+            self.outcome.starting = true;
+            self.feed(started_at, Input::by_hand(PanelAction::Start));
+            self.outcome.starting = false;
+            if let Some(reason) = self.outcome.refusal.take() {
+                return Err(RunError::Start(reason));
+            }
+            return Ok(self.end());
+        }
+        if let Some(ending) = self.end() {
+            return Ok(Some(ending));
+        }
+        if self.give_record() {
+            return Ok(self.end());
+        }
+        let Some(deadline) = self.seat.deadline() else {
+            return Ok(Some(self.end_of_blocked()));
+        };
+        let limit = started_at + self.limit;
+        if deadline > limit {
+            self.feed(limit, Input::Tick);
+            let line = self.seat.controller.line();
+            return Ok(Some(RunEnd::TimeUp { line }));
+        }
+        self.feed(deadline, Input::Tick);
+        Ok(self.end())
+    }
+
+    /// What has happened since the last call.
+    pub(crate) fn take_happenings(&mut self) -> Vec<(Duration, Happening)> {
+        std::mem::take(&mut self.outcome.happenings)
+    }
+
     /// Does everything before START: file, peers, input lines, servo power.
     fn prepare(&mut self, name: &str, source: &[u8], lines_on: &[u16]) -> Result<(), RunError> {
         self.seat.controller.put_file(name, source)?;
@@ -353,7 +447,7 @@ impl Runner<'_> {
     }
 
     /// End of the run; `None` while the program runs, and while what is planned may continue it after a stop.
-    fn end(&mut self) -> Option<RunEnd> {
+    fn end(&self) -> Option<RunEnd> {
         if self.seat.controller.program_runs() {
             return None;
         }
@@ -361,7 +455,7 @@ impl Runner<'_> {
         if planned.is_some() && !self.outcome.ended {
             return None;
         }
-        Some(match self.outcome.alarm.take() {
+        Some(match self.outcome.alarm.clone() {
             Some((number, text)) => RunEnd::Alarm { number, text },
             None if self.outcome.ended => RunEnd::End,
             None if !self.seat.controller.state().powered => RunEnd::PowerOff,
@@ -369,6 +463,14 @@ impl Runner<'_> {
                 line: self.seat.controller.line(),
             },
         })
+    }
+
+    /// Whether there is a record for the INPUT that waits.
+    fn has_record(&self) -> bool {
+        let channel = self.seat.controller.waits_for();
+        let name = channel.map(|channel| Port::from_channel(channel).map_or(PENDANT, Port::name));
+        let records = name.and_then(|name| self.records.get(name));
+        records.is_some_and(|records| !records.is_empty())
     }
 
     /// Sends a record to the INPUT that waits; false if none waits or there is none for it.
@@ -404,7 +506,8 @@ impl Runner<'_> {
         }
     }
 
-    fn report(self, ending: RunEnd) -> RunReport {
+    /// The report of a run that has ended.
+    pub(crate) fn report(self, ending: RunEnd) -> RunReport {
         let unused = self.records.into_iter().map(|(name, rest)| (name, rest.len()));
         RunReport {
             end: ending,

@@ -21,7 +21,7 @@ const MAX_SCHEDULED: usize = 10_000;
 const MAX_ACTIONS_AT_TIME: u32 = 1_000;
 
 /// Progress of a step.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 struct StepState {
     step: Step,
     /// The condition that it waits for; none of a step at a time after the start.
@@ -32,7 +32,7 @@ struct StepState {
 }
 
 /// Progress of an expectation.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 struct ExpectationState {
     expectation: Expectation,
     what: ConditionWatch,
@@ -45,7 +45,7 @@ struct ExpectationState {
     verdict: Option<(Time, Verdict)>,
 }
 
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 struct PlayState {
     name: String,
     /// Name of the file, without directories.
@@ -124,6 +124,17 @@ impl Play {
         self.begin(&seat.controller);
         seat.subscribe(Box::new(self.clone()));
         seat.plan(Box::new(self.clone()));
+    }
+
+    /// A scenario that continues from here as this one does, but by itself, in a copy of its seat.
+    #[must_use]
+    pub fn fork(&self, seat: &mut Seat) -> Play {
+        let fork = Play(Arc::new(Mutex::new(self.state().clone())));
+        if self.state().started.is_some() {
+            seat.subscribe(Box::new(fork.clone()));
+            seat.plan(Box::new(fork.clone()));
+        }
+        fork
     }
 
     fn begin(&self, controller: &Controller) {
