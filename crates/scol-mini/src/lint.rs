@@ -6,6 +6,7 @@
 mod constants;
 mod flow;
 mod names;
+mod overtaking;
 mod slips;
 mod values;
 
@@ -76,7 +77,8 @@ fn warnings(
 ) -> Vec<Diagnostic> {
     let outline = Outline::new(source);
     let mut sink = Sink::new(source);
-    flow::lint(&outline, source, broken, &mut sink);
+    flow::lint(&outline, broken, &mut sink);
+    overtaking::lint(&outline, source, &mut sink);
     for part in &outline.parts {
         values::lint(part, options, &mut sink);
     }

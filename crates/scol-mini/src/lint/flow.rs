@@ -1,55 +1,18 @@
-//! Warnings about the order of statements: code that is never reached, jumps into loops, loops whose variable is changed, a
-//! PRINT that may overtake the motion before it.
+//! Warnings about the order of statements: code that is never reached, jumps into loops, loops whose variable is changed.
 //!
-//! It looks at the rows of `outline`, not at trees. The codes are listed in `diagnostic`.
+//! A PRINT that may overtake the motion before it is in `overtaking`. This module looks at the rows of `outline`, not at trees. The codes are listed in `diagnostic`.
 
 use crate::prelude::*;
 use alloc::collections::{BTreeMap, BTreeSet};
 
-use crate::builtin::MOTIONS;
 use crate::diagnostic::{Diagnostic, Sink, Span};
-use crate::fix::Edit;
-use crate::lexer::{Lexeme, Sign, Token};
-use crate::outline::{Outline, Part, Row, sign, word};
+use crate::lexer::{Lexeme, Sign};
+use crate::outline::{Outline, Part, Row, word};
 
-pub(super) fn lint(outline: &Outline, source: &str, broken: &BTreeSet<u32>, sink: &mut Sink) {
-    // A statement after a motion begins when the arm rests unless the file sets something else.
-    let early = outline.parts.iter().flat_map(|part| &part.rows).find_map(early);
+pub(super) fn lint(outline: &Outline, broken: &BTreeSet<u32>, sink: &mut Sink) {
     for part in &outline.parts {
         unreachable(part, broken, sink);
-        if let Some(early) = &early {
-            overtaking(part, source, early, sink);
-        }
         loops(part, sink);
-    }
-}
-
-/// Setting of this row that lets the statement after a motion begin before the arm rests: `ENABLE NOWAIT of line 3`.
-fn early(row: &Row) -> Option<String> {
-    let words = row.body.iter().enumerate().filter_map(|(at, lexeme)| {
-        let next = row.body.get(at + 1);
-        let value = row.body.get(at + 2).filter(|_| sign(next) == Some(Sign::Assign));
-        match (lexeme.word(), word(next)) {
-            ("ENABLE", switched @ ("NOWAIT" | "PASS")) => Some(format!("ENABLE {switched}")),
-            ("PASS", _) => value.filter(|value| !is_zero(value)).map(|_| "PASS".to_string()),
-            ("ACCUR", _) => value.filter(|value| !is_fine(value)).map(|_| "ACCUR".to_string()),
-            _ => None,
-        }
-    });
-    let line = row.line.number;
-    words.map(|setting| format!("{setting} of line {line}")).next()
-}
-
-/// Whether it is FINE or a number that means it; COARSE is 0.
-fn is_fine(lexeme: &Lexeme) -> bool {
-    lexeme.word() == "FINE" || matches!(lexeme.token, Token::Integer(1..))
-}
-
-fn is_zero(lexeme: &Lexeme) -> bool {
-    match lexeme.token {
-        Token::Integer(number) => number == 0,
-        Token::Real(number) => number == 0.0,
-        Token::Word(_) | Token::Text(_) | Token::Sign(_) => false,
     }
 }
 
@@ -112,38 +75,6 @@ fn leaving(row: &Row) -> Option<&str> {
             Some(word(then.first())).filter(|_| word(condition.first()) == "IF")
         }
         _ => None,
-    }
-}
-
-/// W0601: a PRINT after a motion, without a statement between that waits for its end. `early` lets it begin before.
-fn overtaking(part: &Part, source: &str, early: &str, sink: &mut Sink) {
-    let mut moving: Option<(u32, &str)> = None;
-    for row in &part.rows {
-        if row.label.is_some() {
-            moving = None;
-        }
-        for segment in row.segments() {
-            let head = word(segment.first());
-            if let Some(motion) = MOTIONS.iter().find(|motion| **motion == head) {
-                moving = Some((row.line.number, motion));
-            } else if head == "PRINT" {
-                if let Some((line, motion)) = moving.take() {
-                    let message =
-                        format!("this PRINT follows the {motion} of line {line} without waiting for its end");
-                    let place = segment.first().map_or(row.line.span, |first| first.span);
-                    let problem = Diagnostic::new("W0601", place, message).help(format!(
-                        "put WAIT MOTION >= 100 before it: with the {early} it may be sent before the arm arrives"
-                    ));
-                    // Before an IF it would wait in every case.
-                    sink.push(match row.head() {
-                        "PRINT" => problem.fix(Edit::line_before(source, place.start, "WAIT MOTION >= 100")),
-                        _ => problem,
-                    });
-                }
-            } else if head == "FOR" || head != "IF" && !segment.iter().any(|l| l.is(Sign::Assign)) {
-                moving = None;
-            }
-        }
     }
 }
 
