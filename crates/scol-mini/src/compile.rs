@@ -46,7 +46,7 @@ pub fn compile_with_points(source: &str, options: &LanguageOptions, points: &[Ta
     let program = build(source, options, points, &mut sink);
     let program = program.filter(|_| !sink.has_errors()).map(Arc::new);
     let mut diagnostics = sink.finish();
-    crate::suggest::attach(source, options.arm, &mut diagnostics);
+    crate::suggest::attach(source, options.arm, points, &mut diagnostics);
     Compilation { program, diagnostics }
 }
 

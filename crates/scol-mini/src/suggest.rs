@@ -3,6 +3,7 @@
 //! It works on finished diagnostics and on the rows of `outline`; finding errors is left to the compiler.
 
 mod foreign;
+mod separators;
 
 use crate::prelude::*;
 use alloc::collections::BTreeSet;
@@ -12,7 +13,8 @@ use crate::diagnostic::{Diagnostic, Severity, Span};
 use crate::fix::Edit;
 use crate::lexer::{Lexeme, Sign, lines, tokens};
 use crate::options::Arm;
-use crate::outline::{Outline, Part, Row, names};
+use crate::outline::{Outline, Part, Row, names, word};
+use crate::points::TaughtPoint;
 use crate::program::Program;
 use crate::{MAX_LINE, MAX_SOURCE};
 
@@ -23,15 +25,20 @@ const MAX_CANDIDATES: usize = 1_000;
 /// Words of channels of other generations, or close to one.
 pub(crate) const CHANNELS: &[&str] = &["COM0", "COM2", "COM3", "IP0", "IP3", "IP4", "HOST", "TTY"];
 
-/// Adds a remedy to every error that has one.
-pub(crate) fn attach(source: &str, arm: Arm, diagnostics: &mut [Diagnostic]) {
+/// Adds a remedy to every error that has one. `points` are those of the table of taught points.
+pub(crate) fn attach(source: &str, arm: Arm, points: &[TaughtPoint], diagnostics: &mut [Diagnostic]) {
     if source.len() > MAX_SOURCE || !diagnostics.iter().any(|d| d.severity == Severity::Error) {
         return;
     }
+    let missing = diagnostics.iter().filter(|d| d.code == "E0201");
     let suggester = Suggester {
         source,
         arm,
         outline: Outline::new(source),
+        points,
+        missing: missing
+            .map(|d| d.span.text(source).to_ascii_uppercase())
+            .collect(),
     };
     // The parser knows the remedy of an error to which it has attached a fix.
     let open =
@@ -60,6 +67,8 @@ pub(crate) fn attach_direct(statement: &str, base: &Program, diagnostics: &mut [
         source: statement,
         arm: base.options.arm,
         outline: Outline::default(),
+        points: &[],
+        missing: BTreeSet::new(),
     };
     for diagnostic in diagnostics.iter_mut() {
         let found = suggester.text(diagnostic.span);
@@ -118,6 +127,9 @@ struct Suggester<'a> {
     source: &'a str,
     arm: Arm,
     outline: Outline,
+    points: &'a [TaughtPoint],
+    /// Names that nothing gives a value, so none of them is what another name ought to be.
+    missing: BTreeSet<String>,
 }
 
 impl Suggester<'_> {
@@ -136,15 +148,24 @@ impl Suggester<'_> {
                 let sign = self.foreign_sign(diagnostic);
                 sign.or_else(|| self.surplus_word(diagnostic))
                     .or_else(|| self.missing(diagnostic))
+                    .or_else(|| self.separator(diagnostic))
                     .or_else(|| self.keyword(diagnostic))
             }
             "E0301" => self.keyword(diagnostic),
             "E0208" => self
                 .surplus_word(diagnostic)
-                .or_else(|| self.foreign_name(diagnostic)),
+                .or_else(|| self.foreign_name(diagnostic))
+                .or_else(|| self.missing_value(diagnostic)),
             "E0212" => self.foreign_name(diagnostic),
+            "E0103" if diagnostic.message.ends_with("is not a statement") => self
+                .bare_call(diagnostic)
+                .or_else(|| self.foreign(diagnostic.span))
+                .or_else(|| self.keyword(diagnostic)),
             "E0103" => self.foreign(diagnostic.span).or_else(|| self.keyword(diagnostic)),
-            "E0201" => self.name(&found, part, diagnostic),
+            "E0201" => self
+                .name(&found, part, diagnostic)
+                .or_else(|| truth(&found, diagnostic.span)),
+            "E0210" => truth(&found, diagnostic.span),
             "E0202" => self.label(&found, part?, diagnostic.span),
             "E0206" => self.heading(&found).map(Into::into),
             "E0203" => self.foreign(diagnostic.span).or_else(|| {
@@ -198,23 +219,29 @@ impl Suggester<'_> {
         span.text(self.source).to_ascii_uppercase()
     }
 
-    /// A word of the language that is misspelt: at the place of the error, or at the beginning of its statement.
-    fn keyword(&self, diagnostic: &Diagnostic) -> Option<Remedy> {
+    /// The tokens of the statement that the error is in, before its place and from there to the end of the line.
+    fn statement_around(&self, diagnostic: &Diagnostic) -> Option<(Vec<Lexeme>, Vec<Lexeme>)> {
         // A line outside all blocks has words as well.
         let at = usize::try_from(diagnostic.line).ok()?.checked_sub(1)?;
-        let line = tokens(self.source, lines(self.source).get(at)?.span, MAX_LINE).ok()?;
+        let mut line = tokens(self.source, lines(self.source).get(at)?.span, MAX_LINE).ok()?;
         let split = line.partition_point(|lexeme| lexeme.span.start < diagnostic.span.start);
-        let (before, rest) = line.split_at_checked(split)?;
-        // The first word of the statement the error is in: after a label, THEN, ELSE or at the beginning.
+        let rest = line.split_off(split);
+        // It begins after a label, THEN, ELSE or DO, or with the line.
         let joints =
             |lexeme: &Lexeme| matches!(lexeme.word(), "THEN" | "ELSE" | "DO") || lexeme.is(Sign::Colon);
-        let begin = before.iter().rposition(joints).map_or(0, |at| at + 1);
+        let begin = line.iter().rposition(joints).map_or(0, |at| at + 1);
+        Some((line.split_off(begin), rest))
+    }
+
+    /// A word of the language that is misspelt: at the place of the error, or at the beginning of its statement.
+    fn keyword(&self, diagnostic: &Diagnostic) -> Option<Remedy> {
+        let (before, rest) = self.statement_around(diagnostic)?;
         // A name of the file is spelt as it is meant.
         let shared = self.outline.shared();
         // What the parser waited for comes before any other word.
         let expected = diagnostic.message.split(", found").next().unwrap_or_default();
         let is_reserved = |word: &&str| builtin::is_reserved(word, self.arm);
-        let words = [rest.first(), before.get(begin)]
+        let words = [rest.first(), before.first()]
             .into_iter()
             .flatten()
             .map(|lexeme| (lexeme.word(), lexeme.span));
@@ -247,15 +274,19 @@ impl Suggester<'_> {
             false => System::from_word(word).is_some(),
         });
         let rows = part.into_iter().flat_map(|part| &part.rows);
-        let firsts = rows
+        let locals = rows
             .flat_map(Row::segments)
-            .filter_map(|segment| names(segment, self.arm).next());
-        let locals = firsts.filter(|(name, span)| span.start != diagnostic.span.start && *name != found);
+            .filter(|segment| gives_value(segment));
+        let locals = locals.filter_map(|segment| names(segment, self.arm).next());
+        let locals = locals.map(|(name, _)| name).filter(|name| *name != found);
         let parameters = part.into_iter().flat_map(|part| &part.parameters);
         let parameters = parameters.map(|parameter| parameter.text.as_str());
-        let variables = shared.keys().copied().chain(parameters);
-        let names = words.chain(variables).chain(locals.map(|(name, _)| name));
-        did_you_mean(found, diagnostic.span, names)
+        let variables = shared.keys().copied().chain(parameters).chain(locals);
+        let points = self.points.iter().map(|point| point.name.as_str());
+        let known = variables
+            .chain(points)
+            .filter(|name| !self.missing.contains(*name));
+        did_you_mean(found, diagnostic.span, words.chain(known))
     }
 
     fn label(&self, found: &str, part: &Part, span: Span) -> Option<Remedy> {
@@ -329,6 +360,24 @@ fn fixed(code: &str) -> Option<Remedy> {
     Some(remedy.into())
 }
 
+/// Whether a statement can give a variable its value.
+fn gives_value(segment: &[Lexeme]) -> bool {
+    matches!(word(segment.first()), "DIM" | "FOR" | "INPUT")
+        || segment
+            .iter()
+            .any(|lexeme| lexeme.is(Sign::Assign) || lexeme.is(Sign::Open))
+}
+
+/// TRUE or FALSE, misspelt. The change is certain where letters are swapped alone: another word may be a name.
+fn truth(found: &str, span: Span) -> Option<Remedy> {
+    let letters = |word: &str| word.bytes().collect::<BTreeSet<_>>();
+    let word = nearest(found, ["TRUE", "FALSE"].into_iter())?;
+    let is_swapped = word.len() == found.len() && letters(word) == letters(found);
+    let edit = Edit::replace(span, word);
+    let edit = if is_swapped { edit } else { edit.uncertain() };
+    Some(Remedy::from(format!("did you mean {word}?")).fix(edit))
+}
+
 /// Whether `found` is the word or a misspelling of it.
 pub(crate) fn is_nearly(found: &str, word: &str) -> bool {
     found == word || nearest(found, [word].into_iter()).is_some()
@@ -362,7 +411,7 @@ fn nearest<'a>(found: &str, candidates: impl Iterator<Item = &'a str>) -> Option
         letters.take_while(|(x, y)| x == y).count()
     };
     let near = |word: &&str| word.len().abs_diff(found.len()) <= most && word.len() > 1 && *word != found;
-    let near = candidates.take(MAX_CANDIDATES).filter(near);
+    let near = candidates.filter(near).take(MAX_CANDIDATES);
     let near = near.filter(|word| is_word(word) || !differ_in_digits(found, word));
     let rated = near.map(|word| (distance(found, word), usize::MAX - alike(word), word));
     let rated: BTreeSet<_> = rated.collect();
@@ -458,5 +507,49 @@ mod tests {
         assert!(!found.fix.unwrap().is_certain);
         let found = did_you_mean("MOEV", Span::default(), ["MOVE"].into_iter()).unwrap();
         assert!(found.fix.unwrap().is_certain);
+    }
+
+    /// The text of the program after the fix of its first error, and whether the fix is certain.
+    fn fixed_line(line: &str) -> Option<(String, bool)> {
+        let source = format!("PROGRAM T\nN = 1\n{line}\nEND\nPROGRAM PLACE(A, B)\nEND\n");
+        let point = TaughtPoint {
+            name: "WAITP".into(),
+            position: crate::Position::default(),
+        };
+        let found = crate::compile_with_points(&source, &crate::LanguageOptions::default(), &[point]);
+        let fix = found.diagnostics.first()?.fix.as_ref()?;
+        let text = fix.apply(&source).lines().nth(2)?.to_string();
+        Some((text, fix.is_certain))
+    }
+
+    #[test]
+    fn what_is_missing_between_two_values_is_inserted() {
+        for (line, fixed, is_certain) in [
+            ("MOVE WAITPP", "MOVE WAITP", false),
+            ("PRINT IP1, \"N\"   N, CR", "PRINT IP1, \"N\", N, CR", true),
+            ("PRINT IP1, TIMER CR", "PRINT IP1, TIMER, CR", true),
+            ("INPUT IP1 N", "INPUT IP1, N", true),
+            (
+                "MOVE WAITP WITH SPEED = 5 ACCEL = 5",
+                "MOVE WAITP WITH SPEED = 5, ACCEL = 5",
+                true,
+            ),
+            ("MOVE WAITP WITH SPEED 50", "MOVE WAITP WITH SPEED = 50", true),
+            ("MOVE POINT(400 0)", "MOVE POINT(400, 0)", true),
+            ("MOVE POINT(400 -5 200)", "MOVE POINT(400 -5, 200)", false),
+            ("N = SIN(1", "N = SIN(1)", false),
+            ("PLACE N, 20", "PLACE(N, 20)", true),
+            ("N = FLASE", "N = FALSE", true),
+            ("N = TREE", "N = TRUE", false),
+        ] {
+            assert_eq!(fixed_line(line), Some((fixed.to_string(), is_certain)), "{line}");
+        }
+        for line in [
+            "MOVE WITH SPEED = 50",
+            "PRINT N GOTO L",
+            "MOVE POINT(1, 2 WITH SPEED = 5",
+        ] {
+            assert_eq!(fixed_line(line), None, "{line}");
+        }
     }
 }

@@ -6,12 +6,14 @@ use crate::prelude::*;
 use alloc::collections::{BTreeMap, BTreeSet};
 
 use super::flow::targets;
+use super::overtaking::CYCLE;
 use crate::builtin;
 use crate::diagnostic::{Diagnostic, Sink, Span};
+use crate::fix::Edit;
 use crate::lexer::{Lexeme, Sign};
 use crate::options::Arm;
 use crate::outline::{Outline, Part, Row, names, tasks, word};
-use crate::suggest::CHANNELS;
+use crate::suggest::{CHANNELS, is_nearly};
 
 /// Uses of names in the statements of a program.
 #[derive(Default)]
@@ -32,10 +34,10 @@ pub(super) fn lint(outline: &Outline, arm: Arm, clean: bool, sink: &mut Sink) {
     let parts = outline.parts.iter();
     let parts: Vec<(&Part, Uses<'_>)> = parts.map(|part| (part, Uses::from_part(part, arm))).collect();
     let valued = valued(outline, &parts);
-    for (part, uses) in &parts {
+    for (at, (part, uses)) in parts.iter().enumerate() {
         uninitialised(part, uses, &valued, sink);
         if clean {
-            labels(part, uses, sink);
+            labels(part, at == 0, uses, sink);
             unread(part, uses, &shared, sink);
         }
         known.extend(uses.used.iter().chain(uses.assigned.keys()));
@@ -107,11 +109,17 @@ fn uninitialised(part: &Part, uses: &Uses<'_>, valued: &BTreeSet<&str>, sink: &m
 }
 
 /// W0604.
-fn labels(part: &Part, uses: &Uses<'_>, sink: &mut Sink) {
+fn labels(part: &Part, is_first: bool, uses: &Uses<'_>, sink: &mut Sink) {
     for label in part.rows.iter().filter_map(|row| row.label.as_ref()) {
-        if label.text != "RCYCLE" && !uses.labels.contains(label.text.as_str()) {
+        if label.text != CYCLE && !uses.labels.contains(label.text.as_str()) {
             let problem = Diagnostic::new("W0604", label.span, format!("nothing jumps to {}", label.text));
-            sink.push(problem.help("remove the label"));
+            let continues = is_nearly(&label.text, CYCLE) && is_first && part.labelled(CYCLE).is_none();
+            sink.push(match continues {
+                true => problem
+                    .help("did you mean RCYCLE, where RS,CYC continues? Otherwise: remove the label")
+                    .fix(Edit::replace(label.span, CYCLE)),
+                false => problem.help("remove the label"),
+            });
         }
     }
 }

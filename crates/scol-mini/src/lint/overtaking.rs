@@ -14,7 +14,7 @@ use crate::lexer::{Lexeme, Sign, Token};
 use crate::outline::{Outline, Part, Row, sign, word};
 
 /// Where a cycle continues in the first program.
-const CYCLE: &str = "RCYCLE";
+pub(super) const CYCLE: &str = "RCYCLE";
 /// Most passes over a file. Each may add a path; a file that needs more is not warned about fully.
 const MAX_PASSES: usize = 64;
 

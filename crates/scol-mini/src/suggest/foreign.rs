@@ -340,31 +340,32 @@ impl Suggester<'_> {
                 let after = self.source.get(end..span.start + after.len())?;
                 self.line(name, number, Span::new(start, end), after)?
             }
-            ("\",\"", _) if rest.starts_with('"') && words.iter().any(|word| is_channel(word)) => {
-                let joint = Span::new(before.trim_end().len(), span.start);
-                Remedy::from("put a comma after the channel").fix(Edit::replace(joint, ", "))
-            }
             ("\"(\"" | "\"=\" or the end of the line", _) => {
                 let word = words.last().filter(|_| line.trim_end().ends_with(is_letter))?;
                 if expected != "\"(\"" && !self.outline.parts.iter().any(|part| part.name() == word) {
                     return None;
                 }
-                let is_operand = |c: char| is_letter(c) || matches!(c, ',' | '-' | '.' | ' ');
-                let length = rest.find(|c| !is_operand(c)).unwrap_or(rest.len());
-                let operands = rest.get(..length)?.trim_end();
-                // A word of the language may begin something else.
-                let mut operand_words = operands.split(|c: char| !is_letter(c));
-                let reserved =
-                    operand_words.any(|word| builtin::is_reserved(&word.to_ascii_uppercase(), self.arm));
-                if operands.is_empty() || reserved || !ends_line(rest.get(length..)?) {
-                    return Some(format!("write the values of {word} between parentheses").into());
-                }
-                let place = Span::new(before.trim_end().len(), span.start + operands.len());
-                let written = Edit::replace(place, format!("({operands})"));
-                Remedy::from(format!("write {word}({operands})")).fix(written)
+                self.parenthesised(word, before.trim_end().len(), span.start)
             }
             _ => return None,
         })
+    }
+
+    /// Remedy for the operands of a word without parentheses; they begin at `start`, and the word ends at `end`.
+    pub(super) fn parenthesised(&self, word: &str, end: usize, start: usize) -> Remedy {
+        let rest = self.source.get(start..).unwrap_or_default();
+        let is_operand = |c: char| is_letter(c) || matches!(c, ',' | '-' | '.' | ' ');
+        let (operands, after) = rest.split_at(rest.find(|c| !is_operand(c)).unwrap_or(rest.len()));
+        let operands = operands.trim_end();
+        // A word of the language may begin something else.
+        let mut words = operands.split(|c: char| !is_letter(c));
+        let reserved = words.any(|word| builtin::is_reserved(&word.to_ascii_uppercase(), self.arm));
+        if operands.is_empty() || reserved || !ends_line(after) {
+            return format!("write the values of {word} between parentheses").into();
+        }
+        let place = Span::new(end, start + operands.len());
+        let written = Edit::replace(place, format!("({operands})"));
+        Remedy::from(format!("write {word}({operands})")).fix(written)
     }
 
     /// Remedy for `WAIT FOR condition` and `WAIT UNTIL condition`, `FOR I IN range`, and `MOVEJ` with one point.

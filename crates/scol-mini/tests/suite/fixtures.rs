@@ -195,7 +195,11 @@ fn every_fix_cures_what_it_is_for() {
             let last = remark.line + u32::try_from(added).unwrap();
             let known = errors(&before, remark.line..=last);
             let found = errors(&after, remark.line..=last);
-            let mut new = found.iter().filter(|code| !known.contains(code));
+            // A line that parses has its names looked up.
+            let is_looked_up = |code: &&&str| remark.code == "E0101" && **code == "E0201";
+            let mut new = found
+                .iter()
+                .filter(|code| !known.contains(code) && !is_looked_up(code));
             assert_eq!(new.next(), None, "{place}");
         }
     }
