@@ -23,6 +23,11 @@ use std::sync::Arc;
 const OWN_NAMES: [&str; 3] = ["localhost", "127.0.0.1", "[::1]"];
 /// Reveals a page of another site even without `Origin`: browsers omit that for images, forms and scripts.
 const FETCH_SITE: HeaderName = HeaderName::from_static("sec-fetch-site");
+/// Says what a browser does with the response; `iframe` is a document in a frame.
+const FETCH_DEST: HeaderName = HeaderName::from_static("sec-fetch-dest");
+/// The part of every page's policy that refuses frames.
+const UNFRAMED: &str = "frame-ancestors 'none'";
+
 /// Lets a request through or refuses it.
 pub async fn check(
     State(settings): State<Arc<ControlSettings>>,
@@ -41,13 +46,23 @@ impl ControlSettings {
     fn admit(&self, request: &Request, reached_at: Option<SocketAddr>) -> Result<(), Problem> {
         let headers = request.headers();
         let authority = self.check_host(headers, request.uri(), reached_at)?;
-        check_origin(headers, &authority)?;
         let path = request.uri().path();
         let own = robots::own_path(path).map_or(path, |(_, own)| own);
-        if !robots::is_page(own) {
+        let is_page = robots::is_page(own);
+        check_origin(headers, &authority)?;
+        // A page tells nothing of a robot before its own scripts ask, and its policy says which frames show it.
+        if !(is_page && request.method() == Method::GET && self.is_frame(headers)) {
+            check_site(headers)?;
+        }
+        if !is_page {
             self.check_token(headers)?;
         }
         check_content_type(request.method(), headers)
+    }
+
+    /// Whether a browser asks for the document of a frame, and some page may show one.
+    fn is_frame(&self, headers: &HeaderMap) -> bool {
+        !self.frame_ancestors.is_empty() && the_one(headers, FETCH_DEST).is_ok_and(|found| found == "iframe")
     }
 
     /// The authority of the one `Host` header, whose name must be one of this machine. With a token it may be any: a page
@@ -153,6 +168,11 @@ fn check_origin(headers: &HeaderMap, authority: &str) -> Result<(), Problem> {
             return Err(forbidden("header Origin", expected, text));
         }
     }
+    Ok(())
+}
+
+/// A page of another site is refused, even where its browser sends no `Origin`.
+fn check_site(headers: &HeaderMap) -> Result<(), Problem> {
     for site in headers.get_all(FETCH_SITE) {
         if site != "same-origin" && site != "none" {
             let found = String::from_utf8_lossy(site.as_bytes());
@@ -160,6 +180,13 @@ fn check_origin(headers: &HeaderMap, authority: &str) -> Result<(), Problem> {
         }
     }
     Ok(())
+}
+
+/// The policy of a page that pages of these origins may show in a frame; `None` if it is not one of a page.
+pub fn policy_with_ancestors(policy: &HeaderValue, ancestors: &[String]) -> Option<HeaderValue> {
+    let text = policy.to_str().ok().filter(|text| text.contains(UNFRAMED))?;
+    let framed = text.replace(UNFRAMED, &format!("frame-ancestors {}", ancestors.join(" ")));
+    HeaderValue::from_str(&framed).ok()
 }
 
 /// A form of a web page cannot send JSON.

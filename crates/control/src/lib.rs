@@ -66,7 +66,7 @@ pub use faults::fault_kinds;
 pub use settings::{ControlChoice, ControlError, ControlSettings, DEFAULT_PORT, MIN_TOKEN};
 
 use asset::{Asset, asset};
-use axum::extract::Path;
+use axum::extract::{Path, State};
 use axum::http::HeaderMap;
 use axum::http::header::{CACHE_CONTROL, CONTENT_SECURITY_POLICY, CONTENT_TYPE, HeaderName, HeaderValue};
 use axum::response::{IntoResponse as _, Response};
@@ -223,12 +223,10 @@ fn calls_router(needs_token: bool) -> Router {
 
 /// Checks each request before it is served.
 fn guarded(router: Router, settings: ControlSettings) -> Router {
-    router
-        .layer(axum::middleware::from_fn_with_state(
-            Arc::new(settings),
-            guard::check,
-        ))
-        .layer(axum::middleware::map_response(with_security_headers))
+    let settings = Arc::new(settings);
+    let check = axum::middleware::from_fn_with_state(Arc::clone(&settings), guard::check);
+    let headers = axum::middleware::map_response_with_state(settings, with_security_headers);
+    router.layer(check).layer(headers)
 }
 
 /// The OpenAPI document. With a token, every call needs it. One that was asked for below `/robots/NAME` names that robot as
@@ -305,8 +303,12 @@ fn page(page: &Asset, request: &HeaderMap) -> Response {
     (page_headers(), page.response(request)).into_response()
 }
 
-/// Nothing is kept by a browser, guessed at, framed, or read by a page of another origin.
-async fn with_security_headers(mut response: Response) -> Response {
+/// Nothing is kept by a browser, guessed at, or read by a page of another origin; the settings alone say who may frame a
+/// page.
+async fn with_security_headers(
+    State(settings): State<Arc<ControlSettings>>,
+    mut response: Response,
+) -> Response {
     let headers = response.headers_mut();
     for (name, value) in [
         (CACHE_CONTROL, "no-store"),
@@ -317,6 +319,12 @@ async fn with_security_headers(mut response: Response) -> Response {
         ),
     ] {
         headers.insert(name, HeaderValue::from_static(value));
+    }
+    if !settings.frame_ancestors.is_empty()
+        && let Some(policy) = headers.get_mut(CONTENT_SECURITY_POLICY)
+        && let Some(framed) = guard::policy_with_ancestors(policy, &settings.frame_ancestors)
+    {
+        *policy = framed;
     }
     response
 }

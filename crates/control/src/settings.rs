@@ -1,9 +1,9 @@
-//! Address, token and host names of the control interface, and their validation: beyond the loopback it needs a
-//! token.
+//! Address, token, host names and frame ancestors of the control interface, and their validation: beyond the loopback
+//! it needs a token.
 //!
 //! The settings are enforced for each request in [`super::guard`].
 
-use std::net::{IpAddr, Ipv4Addr, SocketAddr};
+use std::net::{IpAddr, Ipv4Addr, Ipv6Addr, SocketAddr};
 use std::str::FromStr;
 use ts3100_proto::words::UnexpectedWord;
 
@@ -11,6 +11,8 @@ use ts3100_proto::words::UnexpectedWord;
 pub const DEFAULT_PORT: u16 = 3_100;
 /// Fewest characters of a token.
 pub const MIN_TOKEN: usize = 16;
+/// Schemes that name no application of their own: any page of the web can have them.
+const WEB_SCHEMES: [&str; 8] = ["about", "blob", "data", "file", "http", "https", "ws", "wss"];
 
 /// The flag `--control`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -48,6 +50,8 @@ pub struct ControlSettings {
     pub open: bool,
     /// Names besides those of the loopback by which it may be called.
     pub hosts: Vec<String>,
+    /// Origins whose pages may show the pages of the interface in a frame; empty allows none.
+    pub frame_ancestors: Vec<String>,
 }
 
 /// A setting that does not allow a control interface.
@@ -65,6 +69,12 @@ pub enum ControlError {
     /// An invalid host name.
     #[error("--control-host: expected a name without scheme and port, found `{0}`")]
     Host(String),
+    /// An invalid origin.
+    #[error(
+        "--control-frame-ancestor: expected SCHEME://HOST, SCHEME://HOST:PORT or the scheme of an editor such as \
+         `vscode-webview:`, found `{0}`"
+    )]
+    FrameAncestor(String),
     /// The port does not exist.
     #[error(
         "--port-offset {0}: the control interface would be on port {DEFAULT_PORT} + {0}; use --control off or \
@@ -81,6 +91,7 @@ impl ControlSettings {
             token: None,
             open: false,
             hosts: Vec::new(),
+            frame_ancestors: Vec::new(),
         }
     }
 
@@ -104,13 +115,43 @@ impl ControlSettings {
         } else if !self.open && !self.address.ip().to_canonical().is_loopback() {
             return Err(ControlError::NoToken(self.address));
         }
-        let is_name = |host: &str| {
-            let letter = |letter: char| letter.is_ascii_alphanumeric() || "-._".contains(letter);
-            !host.is_empty() && (host.chars().all(letter) || host.starts_with('[') && host.ends_with(']'))
-        };
-        match self.hosts.iter().find(|host| !is_name(host)) {
-            Some(host) => Err(ControlError::Host(host.clone())),
+        if let Some(host) = self.hosts.iter().find(|host| !is_host_name(host)) {
+            return Err(ControlError::Host(host.clone()));
+        }
+        match self.frame_ancestors.iter().find(|origin| !is_origin(origin)) {
+            Some(origin) => Err(ControlError::FrameAncestor(origin.clone())),
             None => Ok(self),
         }
     }
+}
+
+fn is_host_name(host: &str) -> bool {
+    let letter = |letter: char| letter.is_ascii_alphanumeric() || "-._".contains(letter);
+    let address = host.strip_prefix('[').and_then(|rest| rest.strip_suffix(']'));
+    match address {
+        Some(address) => address.parse::<Ipv6Addr>().is_ok(),
+        None => !host.is_empty() && host.chars().all(letter),
+    }
+}
+
+/// One origin, or the scheme of an editor, whose views have another host in each window. It becomes a part of a header:
+/// nothing in it may end that part or match more than it names.
+fn is_origin(text: &str) -> bool {
+    let Some((scheme, rest)) = text.split_once(':') else {
+        return false;
+    };
+    let letter = |letter: char| letter.is_ascii_alphanumeric() || "+-.".contains(letter);
+    let is_scheme =
+        scheme.starts_with(|first: char| first.is_ascii_alphabetic()) && scheme.chars().all(letter);
+    if rest.is_empty() {
+        return is_scheme && !WEB_SCHEMES.contains(&scheme.to_ascii_lowercase().as_str());
+    }
+    let Some(authority) = rest.strip_prefix("//") else {
+        return false;
+    };
+    let (host, port) = match authority.rsplit_once(':') {
+        Some((host, port)) if !port.ends_with(']') => (host, Some(port)),
+        _ => (authority, None),
+    };
+    is_scheme && is_host_name(host) && port.is_none_or(|port| port.parse::<u16>().is_ok())
 }

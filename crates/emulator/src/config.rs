@@ -331,6 +331,7 @@ pub fn control_settings(args: &ServeArgs) -> Result<Option<ControlSettings>, Con
         token,
         open: given.control_open.unwrap_or(false),
         hosts: given.control_host.clone(),
+        frame_ancestors: given.control_frame_ancestor.clone(),
     };
     Ok(Some(settings.validate()?))
 }

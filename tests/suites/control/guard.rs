@@ -602,3 +602,100 @@ fn every_operation_of_the_document_is_served() {
         );
     }
 }
+
+/// The policy of a page, and the status of a request for it with these headers.
+fn page_policy(robot: &Bench, path: &str, headers: &str) -> (String, String) {
+    let request = format!("GET {path} HTTP/1.1\r\nHost: localhost\r\nConnection: close\r\n{headers}\r\n");
+    let answer = robot.raw(request.as_bytes());
+    let status = answer.split(' ').nth(1).unwrap_or_default().to_owned();
+    let policy = answer
+        .lines()
+        .find_map(|line| line.strip_prefix("content-security-policy: "));
+    (status, policy.unwrap_or_default().to_owned())
+}
+
+#[test]
+fn a_page_is_shown_in_a_frame_of_the_named_origins_only() {
+    const FRAME: &str =
+        "Sec-Fetch-Site: cross-site\r\nSec-Fetch-Dest: iframe\r\nSec-Fetch-Mode: navigate\r\n";
+    let pages = ["/", "/docs", "/book/"];
+    let alone = Bench::start(builder());
+    for page in pages {
+        let (status, policy) = page_policy(&alone, page, "");
+        assert!(
+            status == "200" && policy.contains("frame-ancestors 'none'"),
+            "{page}: {status} {policy}"
+        );
+        assert_eq!(page_policy(&alone, page, FRAME).0, "403", "{page}");
+    }
+    let control = ControlSettings {
+        frame_ancestors: vec!["vscode-webview:".to_owned(), "http://localhost:8080".to_owned()],
+        ..ControlSettings::free()
+    };
+    let robot = Bench::start(builder().control(control));
+    for page in pages {
+        let (status, policy) = page_policy(&robot, page, FRAME);
+        assert_eq!(status, "200", "{page}");
+        let part = policy.split(';').find(|part| part.contains("frame-ancestors"));
+        assert_eq!(
+            part.unwrap().trim(),
+            "frame-ancestors vscode-webview: http://localhost:8080",
+            "{page}"
+        );
+    }
+    // What a page tells of a robot is asked for by its own scripts.
+    assert_eq!(page_policy(&robot, "/state", FRAME).0, "403");
+    for headers in [
+        "Sec-Fetch-Site: cross-site\r\n",
+        "Sec-Fetch-Site: cross-site\r\nSec-Fetch-Dest: script\r\n",
+        "Origin: http://localhost:8080\r\nSec-Fetch-Site: same-site\r\nSec-Fetch-Dest: iframe\r\n",
+    ] {
+        assert_eq!(page_policy(&robot, "/", headers).0, "403", "{headers}");
+    }
+}
+
+#[test]
+fn what_names_more_than_an_origin_is_refused() {
+    let checked = |origin: &str| {
+        let settings = ControlSettings {
+            frame_ancestors: vec![origin.to_owned()],
+            ..ControlSettings::free()
+        };
+        settings.validate().map(|_| ()).map_err(|error| error.to_string())
+    };
+    for origin in [
+        "vscode-webview:",
+        "vscode-webview://1hhjo4v0",
+        "http://localhost:8080",
+        "https://editor.example",
+        "http://[::1]:80",
+    ] {
+        assert_eq!(checked(origin), Ok(()), "{origin}");
+    }
+    for origin in [
+        "",
+        "*",
+        "'self'",
+        "http:",
+        "HTTPS:",
+        "data:",
+        "http://",
+        "http://*.example",
+        "http://a.example/path",
+        "http://a.example b.example",
+        "http://a.example;",
+        "http://a.example,x",
+        "http://a.example:*",
+        "http://a.example:65536",
+        "http://[::1",
+        "localhost:8080",
+        "1a://b",
+        "http://a\r\nX: y",
+    ] {
+        let refused = checked(origin).unwrap_err();
+        assert!(
+            refused.starts_with("--control-frame-ancestor: expected "),
+            "{origin}: {refused}"
+        );
+    }
+}

@@ -129,6 +129,10 @@ flag_group! {
         /// Also accept calls addressed to this host name, besides localhost and the listening address
         #[arg(long, value_name = "NAME", num_args = 1..)]
         pub control_host: Vec<String> [Process],
+        /// Let pages of this origin show the page in a frame, for example vscode-webview: for an editor; without it, no
+        /// page may
+        #[arg(long, value_name = "ORIGIN", num_args = 1..)]
+        pub control_frame_ancestor: Vec<String> [Process],
     }
 }
 

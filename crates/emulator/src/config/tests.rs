@@ -453,7 +453,7 @@ fn a_variable_of_several_paths_is_split_into_them() {
     let paths = std::env::join_paths(["a.txt", "b.txt"]).unwrap();
     let paths = paths.to_str().unwrap();
     // The others of these lists are no paths.
-    let others = ["fault", "control-host", "deny"];
+    let others = ["fault", "control-host", "control-frame-ancestor", "deny"];
     for key in super::schema::keys() {
         if !key.is_list || others.contains(&key.name.as_str()) {
             continue;
