@@ -282,7 +282,7 @@ def control():
              many_robots=serving("control/many_robots"), sarif=serving("control/sarif_reports"), assistants=serving("control/mcp_server"),
              pages=serving("control/pendant_page", "--pictures", TARGET / "pictures", python=python()),
              trace=serving("control/trace_page", "--pictures", TARGET / "pictures", python=python()),
-             states=serving("control/trace_states"))
+             framed=serving("control/framed_page", python=python()), states=serving("control/trace_states"))
 
 
 def clients():
