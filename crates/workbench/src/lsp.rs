@@ -298,7 +298,7 @@ impl<P: Project> Server<P> {
                 "positionEncoding": self.client.units.name(),
                 "textDocumentSync": { "openClose": true, "change": 2, "save": true },
                 "hoverProvider": true,
-                "completionProvider": { "resolveProvider": true, "triggerCharacters": [" ", "\"", "(", ","] },
+                "completionProvider": { "resolveProvider": true, "triggerCharacters": [" ", "\"", "(", ",", "."] },
                 "signatureHelpProvider": { "triggerCharacters": ["(", ","], "retriggerCharacters": [" "] },
                 "definitionProvider": true,
                 "referencesProvider": true,

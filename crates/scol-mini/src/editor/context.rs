@@ -15,6 +15,10 @@ use crate::outline::word;
 pub enum Expected {
     /// A statement, or the name that one begins with.
     Statement,
+    /// A statement after THEN or ELSE.
+    Branch,
+    /// A statement after DO.
+    Action,
     /// A number, a function or a variable.
     Value,
     /// An item of PRINT: a value, or CR.
@@ -60,6 +64,10 @@ pub struct Call {
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Context {
     pub expected: Expected,
+    /// Whether ELSE can follow as well.
+    pub can_branch: bool,
+    /// Conditions that the WITH before it has already, in upper case.
+    pub taken: Vec<String>,
     /// The word that the cursor is in or after.
     pub word: Span,
     pub call: Option<Call>,
@@ -73,6 +81,12 @@ const GLOBALS: &[&str] = &["DIM", "END"];
 const AS: &[&str] = &["AS"];
 const SWITCHES: &[&str] = &["PASS", "NOWAIT"];
 const OPERATORS: &[&str] = &["AND", "OR", "MOD"];
+/// Words that are a whole statement.
+const ALONE: &[&str] = &[
+    "BREAK", "CLOSE1", "CLOSE2", "CLOSEI1", "CLOSEI2", "FREELOAD", "IGNORE", "OPEN1", "OPEN2", "OPENI1",
+    "OPENI2", "PAUSE", "READY", "RESUME", "RETURN", "STOP", "SWITCH",
+];
+
 impl Context {
     /// The place before this byte of a source; beyond it, its end.
     pub fn at(source: &str, byte: usize, index: &Index, arm: Arm) -> Context {
@@ -90,6 +104,8 @@ impl Context {
         );
         let nothing = Context {
             expected: Expected::Nothing,
+            can_branch: false,
+            taken: Vec::new(),
             word,
             call: None,
         };
@@ -127,12 +143,65 @@ impl Context {
             None if tokens.is_empty() => Expected::Words(BLOCKS),
             None => Expected::Nothing,
         };
+        let in_program = matches!(block, Some(BlockKind::Program(_) | BlockKind::Loop));
         Context {
             expected,
+            can_branch: in_program && can_branch(&tokens, arm),
+            taken: conditions(&tokens).map(String::from).collect(),
             call: call(&tokens),
             ..nothing
         }
     }
+}
+
+impl Expected {
+    /// Whether a statement begins here.
+    pub fn is_statement(self) -> bool {
+        matches!(self, Expected::Statement | Expected::Branch | Expected::Action)
+    }
+}
+
+/// The word that a statement follows, and the statement as far as it is written.
+fn begun(tokens: &[Lexeme]) -> (&str, &[Lexeme]) {
+    let joint = |token: &Lexeme| matches!(token.word(), "THEN" | "ELSE" | "DO") || token.is(Sign::Colon);
+    let at = tokens.iter().rposition(joint);
+    let statement = tokens.get(at.map_or(0, |at| at + 1)..).unwrap_or_default();
+    (word(at.and_then(|at| tokens.get(at))), statement)
+}
+
+/// Whether tokens end in the complete statement of a THEN, which ELSE can follow.
+fn can_branch(tokens: &[Lexeme], arm: Arm) -> bool {
+    let (joint, statement) = begun(tokens);
+    let [first, operands @ ..] = statement else {
+        return false;
+    };
+    let last_assigned = statement.iter().rposition(|token| token.is(Sign::Assign));
+    let last_comma = statement.iter().rposition(|token| token.is(Sign::Comma));
+    let with = statement.iter().rposition(|token| token.word() == "WITH");
+    // The last condition of a WITH has its value.
+    let has_value = with.is_none_or(|with| last_assigned > last_comma.max(Some(with)));
+    let is_complete = match first.word() {
+        head if ALONE.contains(&head) && operands.is_empty() => true,
+        "ENABLE" | "DISABLE" => true,
+        "RESTORE" if operands.is_empty() => true,
+        "MOVEA" | "MOVEI" => last_comma.is_some() && ends_value(operands),
+        "MOVEC" | "MOVEJ" => operands.len() > 1 && ends_value(operands),
+        head if operands.is_empty() => !builtin::is_reserved(head, arm),
+        _ => ends_value(operands),
+    };
+    joint == "THEN" && is_complete && has_value && !is_open(statement)
+}
+
+/// The conditions after WITH that have a value.
+fn conditions(tokens: &[Lexeme]) -> impl Iterator<Item = &str> {
+    let (_, statement) = begun(tokens);
+    let with = statement.iter().rposition(|token| token.word() == "WITH");
+    let rest = with.and_then(|with| statement.get(with..)).unwrap_or_default();
+    let assigned = rest.windows(2).filter_map(|pair| match pair {
+        [condition, sign] if sign.is(Sign::Assign) => Some(condition.word()),
+        _ => None,
+    });
+    assigned.filter(|word| builtin::condition(word).is_some())
 }
 
 fn leads_to_program(before: &str) -> bool {
@@ -176,9 +245,7 @@ fn in_dim(tokens: &[Lexeme]) -> Expected {
 }
 
 fn in_program(tokens: &[Lexeme], arm: Arm) -> Expected {
-    let joint = |token: &Lexeme| matches!(token.word(), "THEN" | "ELSE" | "DO") || token.is(Sign::Colon);
-    let begin = tokens.iter().rposition(joint).map_or(0, |at| at + 1);
-    let statement = tokens.get(begin..).unwrap_or_default();
+    let (joint, statement) = begun(tokens);
     let head = word(statement.first());
     let last = statement.last();
     if last.is_some_and(|last| last.is(Sign::Dot)) {
@@ -197,7 +264,11 @@ fn in_program(tokens: &[Lexeme], arm: Arm) -> Expected {
         };
     }
     if statement.is_empty() {
-        return Expected::Statement;
+        return match joint {
+            "THEN" | "ELSE" => Expected::Branch,
+            "DO" => Expected::Action,
+            _ => Expected::Statement,
+        };
     }
     // The name of a label, of an assignment or of a call is made up.
     if statement.len() == 1 && !builtin::is_reserved(head, arm) {
@@ -230,7 +301,12 @@ fn after(head: &str, statement: &[Lexeme]) -> Expected {
     match head {
         "PROGRAM" | "REMARK" => Expected::Nothing,
         "DIM" => in_dim(statement),
-        "GOTO" => Expected::Label,
+        "GOTO" if is_first || follows_comma || statement.last().is_some_and(|last| last.is(Sign::Close)) => {
+            Expected::Label
+        }
+        "GOTO" => Expected::Nothing,
+        "READY" if is_first => Expected::Words(&["WITH"]),
+        _ if is_first && ALONE.contains(&head) => Expected::Nothing,
         "ENABLE" | "DISABLE" if is_first => Expected::Words(SWITCHES),
         "PRINT" if is_first => Expected::Channel,
         "PRINT" if follows_comma => Expected::Item,
@@ -240,8 +316,8 @@ fn after(head: &str, statement: &[Lexeme]) -> Expected {
         "INPUT" if follows_comma => Expected::Variable,
         "RESTORE" if is_first || follows_comma => Expected::Shared,
         _ if TO_POSITIONS.contains(&head) && (is_first || follows_comma) => Expected::Position,
-        // Two points of MOVEC stand side by side.
-        "MOVEC" if statement.len() == 2 => Expected::Position,
+        // Two points can be side by side.
+        "MOVEC" | "MOVEJ" if statement.len() == 2 => Expected::Position,
         _ if !ends_value(statement) => Expected::Value,
         "IF" => Expected::Words(&["THEN", "AND", "OR", "MOD"]),
         "ON" => Expected::Words(&["DO", "AND", "OR", "MOD"]),
@@ -318,7 +394,15 @@ mod tests {
             ("|", Expected::Statement),
             ("  MO|VE P", Expected::Statement),
             ("OUT: |", Expected::Statement),
-            ("IF DIN(1) THEN |", Expected::Statement),
+            ("IF DIN(1) THEN |", Expected::Branch),
+            ("IF DIN(1) THEN STOP ELSE |", Expected::Branch),
+            ("IF DIN(1) THEN STOP |", Expected::Nothing),
+            ("ON DIN(1) DO |", Expected::Action),
+            ("GOTO L |", Expected::Nothing),
+            ("GOTO(K) |", Expected::Label),
+            ("READY |", Expected::Words(&["WITH"])),
+            ("MOVEJ A |", Expected::Position),
+            ("MOVEJ A, B |", Expected::Words(&["WITH"])),
             ("ON DIN(1) DO GOTO |", Expected::Label),
             ("GOTO L|", Expected::Label),
             ("GOTO(|", Expected::Value),
@@ -367,6 +451,37 @@ mod tests {
         assert_eq!(context("DATA\n|\nEND\n").expected, Expected::Words(DATA));
         assert_eq!(context("GLOBAL\n|\nEND\n").expected, Expected::Words(GLOBALS));
         assert_eq!(context("DATA\nWORK |\nEND\n").expected, Expected::Frame);
+    }
+
+    #[test]
+    fn else_follows_the_complete_statement_of_a_then() {
+        for (line, can_branch) in [
+            ("IF DIN(1) THEN STOP |", true),
+            ("IF DIN(1) THEN STOP E|", true),
+            ("L: IF DIN(1) THEN GOTO L |", true),
+            ("IF DIN(1) THEN N = 1 |", true),
+            ("IF DIN(1) THEN N = |", false),
+            ("IF DIN(1) THEN N = SIN(1 |", false),
+            ("IF DIN(1) THEN MOVE P |", true),
+            ("IF DIN(1) THEN MOVE |", false),
+            ("IF DIN(1) THEN MOVEA 3 |", false),
+            ("IF DIN(1) THEN MOVEJ P |", false),
+            ("IF DIN(1) THEN MOVE P WITH SPEED |", false),
+            ("IF DIN(1) THEN MOVE P WITH SPEED = 5 |", true),
+            ("IF DIN(1) THEN MOVE P WITH SPEED = 5, |", false),
+            ("IF DIN(1) THEN ENABLE NOWAIT |", true),
+            ("IF DIN(1) THEN PLACE |", true),
+            ("IF DIN(1) THEN PRINT N, CR |", true),
+            ("IF DIN(1) THEN STOP ELSE STOP |", false),
+            ("IF DIN(1) |", false),
+            ("ON DIN(1) DO STOP |", false),
+            ("STOP |", false),
+        ] {
+            let program = ["PROGRAM T\n", line, "\nEND\n"].concat();
+            assert_eq!(context(&program).can_branch, can_branch, "{line}");
+        }
+        let taken = context("PROGRAM T\nMOVE P WITH SPEED = 5, TOOL = T, |\nEND\n").taken;
+        assert_eq!(taken, ["SPEED", "TOOL"]);
     }
 
     #[test]

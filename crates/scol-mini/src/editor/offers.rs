@@ -1,11 +1,15 @@
 //! The words and names that can follow at a place.
 
 use crate::prelude::*;
+use alloc::collections::BTreeSet;
 
 use super::context::{Context, Expected};
 use super::index::{BlockKind, Index, Symbol, SymbolKind};
+use crate::MAX_LINE;
 use crate::builtin::{WordKind, configurations, word_kind, words};
+use crate::lexer::{self, Lexeme, Sign, Token};
 use crate::options::Arm;
+use crate::outline::word;
 use crate::points::TaughtPoint;
 
 /// Kind of an [`Offer`].
@@ -28,9 +32,16 @@ pub struct Offer {
 }
 
 /// Words of the sorts that begin statements, but none themselves.
-const WITHIN: [&str; 9] = [
+const WITHIN: &[&str] = &[
     "DO", "ELSE", "THEN", "TO", "STEP", "TASK", "WITH", "NOWAIT", "MOD",
 ];
+
+/// Operators between two values.
+const AFTER_VALUES: &[&str] = &["AND", "OR", "MOD"];
+/// Words that cannot begin a statement after THEN or ELSE.
+const LOOPS: &[&str] = &["FOR", "NEXT"];
+/// Words that cannot begin a statement after DO.
+const NOT_WATCHED: &[&str] = &["IF", "WAIT", "RETURN"];
 
 /// The words and names that can follow at `byte` of a source, where `context` is. `points` are those of the table of taught points.
 pub fn offers(
@@ -69,13 +80,25 @@ impl<'a> List<'a> {
     fn filled(mut self) -> Vec<Offer> {
         use SymbolKind::{Data, Global, Label, Local, Parameter, Taught};
         use WordKind::{Channel, Condition, Constant, Flow, Function, Operator, Remark, Statement, Variable};
+        if self.context.can_branch {
+            self.exact(&["ELSE"]);
+        }
         match self.context.expected {
-            Expected::Nothing => return Vec::new(),
+            Expected::Nothing => {}
             Expected::Statement => {
                 self.programs(false);
                 self.names(&[Parameter, Local, Global], |_| true);
                 self.words(&[Flow, Statement, Condition, Remark]);
                 self.exact(&["DOUT", "TIMER", "GAIN", "TORQUE", "ON", "DIM", "END", "PAYLOAD"]);
+            }
+            Expected::Branch | Expected::Action => {
+                self.programs(false);
+                self.names(&[Parameter, Local, Global], |_| true);
+                self.words(&[Flow, Statement, Condition]);
+                self.exact(&["DOUT", "TIMER", "GAIN", "TORQUE", "PAYLOAD"]);
+                if self.context.expected == Expected::Branch {
+                    self.exact(&["ON"]);
+                }
             }
             Expected::Value | Expected::Item => {
                 self.names(&[Parameter, Local, Global, Data, Taught], |_| true);
@@ -85,10 +108,14 @@ impl<'a> List<'a> {
             Expected::Position => {
                 self.names(&[Parameter, Local, Global, Data, Taught], |kind| kind == "POINT");
                 self.exact(&["POINT", "HERE", "DEST"]);
+                let numbers: BTreeSet<String> = self.numbers().map(|symbol| symbol.name.clone()).collect();
+                self.offers.retain(|offer| !numbers.contains(&offer.text));
             }
             Expected::Condition => {
                 self.words(&[Condition]);
-                self.exact(&["PAYLOAD"]);
+                if !self.context.taken.iter().any(|taken| taken == "PAYLOAD") {
+                    self.exact(&["PAYLOAD"]);
+                }
             }
             Expected::Label => self.names(&[Label], |_| true),
             Expected::Program => self.programs(true),
@@ -123,9 +150,32 @@ impl<'a> List<'a> {
 
     fn words(&mut self, kinds: &[WordKind]) {
         let arm = self.arm;
+        let expected = self.context.expected;
+        let is_condition = expected == Expected::Condition;
+        let excluded: &[&[&str]] = match expected {
+            Expected::Statement => &[WITHIN],
+            Expected::Branch => &[WITHIN, LOOPS],
+            Expected::Action => &[WITHIN, LOOPS, NOT_WATCHED],
+            Expected::Value
+            | Expected::Item
+            | Expected::Position
+            | Expected::Condition
+            | Expected::Label
+            | Expected::Program
+            | Expected::Channel
+            | Expected::Variable
+            | Expected::Shared
+            | Expected::Frame
+            | Expected::Load
+            | Expected::Coordinate
+            | Expected::Configuration
+            | Expected::Words(_)
+            | Expected::Nothing => &[AFTER_VALUES],
+        };
         let mut found: Vec<&str> = words()
             .filter(|word| word_kind(word, arm).is_some_and(|kind| kinds.contains(&kind)))
-            .filter(|word| self.context.expected != Expected::Statement || !WITHIN.contains(word))
+            .filter(|word| !excluded.iter().any(|words| words.contains(word)))
+            .filter(|word| !self.context.taken.iter().any(|taken| taken == word) || !is_condition)
             .filter(|word| self.context.expected == Expected::Item || !word.starts_with("CR"))
             .collect();
         found.sort_unstable();
@@ -157,6 +207,24 @@ impl<'a> List<'a> {
             visible(symbol) && is_other && !is_unknown
         });
         symbols.map(|(_, symbol)| symbol).collect()
+    }
+
+    /// Variables that are numbers by the place that declares them.
+    fn numbers(&self) -> impl Iterator<Item = &'a Symbol> {
+        let (index, source, arm) = (self.index, self.source, self.arm);
+        self.symbols().into_iter().filter(move |symbol| {
+            let is_variable = matches!(symbol.kind, SymbolKind::Local | SymbolKind::Global);
+            let declared = symbol.declared.filter(|_| is_variable);
+            declared.is_some_and(|declared| {
+                let (_, line) = index.line_of(declared.start);
+                let tokens = lexer::tokens(source, line, MAX_LINE).unwrap_or_default();
+                let at = tokens
+                    .iter()
+                    .position(|token| token.span == declared)
+                    .unwrap_or_default();
+                declares_number(&tokens, at, arm)
+            })
+        })
     }
 
     /// Names of these kinds; of data those whose kind fits. Taught points are positions.
@@ -195,4 +263,28 @@ impl<'a> List<'a> {
             }
         }
     }
+}
+
+/// Whether a line makes the variable with this token a number: by its value, its loop, INPUT, or its type.
+fn declares_number(tokens: &[Lexeme], at: usize, arm: Arm) -> bool {
+    let head = word(tokens.first());
+    if head == "DIM" {
+        return matches!(word(tokens.last()), "INTEGER" | "REAL");
+    }
+    let before = at.checked_sub(1).and_then(|before| tokens.get(before));
+    if head == "INPUT" || word(before) == "FOR" {
+        return true;
+    }
+    let mut value = tokens.iter().skip(at + 1);
+    let is_assigned = value.next().is_some_and(|sign| sign.is(Sign::Assign));
+    let first = value.find(|token| !(token.is(Sign::Open) || token.is(Sign::Minus) || token.is(Sign::Plus)));
+    is_assigned
+        && first.is_some_and(|first| match &first.token {
+            Token::Integer(_) | Token::Real(_) => true,
+            Token::Word(word) => matches!(
+                word_kind(word, arm),
+                Some(WordKind::Constant | WordKind::Operator)
+            ),
+            Token::Text(_) | Token::Sign(_) => false,
+        })
 }

@@ -69,11 +69,15 @@ pub(super) fn trigger(params: &Value) -> Option<&str> {
 pub(super) fn items(document: &Document, byte: usize, trigger: Option<&str>, takes_snippets: bool) -> Value {
     let context = document.context(byte);
     // A blank or a comma that is typed opens a list only where few words can follow.
-    let many = matches!(
-        context.expected,
-        Expected::Statement | Expected::Value | Expected::Item
-    );
-    if trigger.is_some_and(|character| character != "\"") && many {
+    let many =
+        context.expected.is_statement() || matches!(context.expected, Expected::Value | Expected::Item);
+    let is_unwanted = match trigger {
+        None | Some("\"") => false,
+        // That of a number opens none.
+        Some(".") => context.expected != Expected::Coordinate,
+        Some(_) => many,
+    };
+    if is_unwanted {
         return json!([]);
     }
     let (index, arm, points) = (document.index(), document.arm(), &document.table.points);
@@ -109,7 +113,7 @@ pub(super) fn items(document: &Document, byte: usize, trigger: Option<&str>, tak
         }));
     }
     let takes_snippets =
-        takes_snippets && matches!(context.expected, Expected::Statement | Expected::Words(_));
+        takes_snippets && (context.expected.is_statement() || matches!(context.expected, Expected::Words(_)));
     for (label, detail, text) in SNIPPETS.iter().filter(|_| takes_snippets) {
         let word = label.split(' ').next().unwrap_or_default();
         if found.iter().any(|offer| offer.text == word) {

@@ -572,8 +572,34 @@ fn what_can_follow_is_offered() {
     assert_eq!(labels(&offered("I = TASK(\"|", none())), ["LOOK"]);
     assert_eq!(labels(&offered("ENABLE |", none())), ["PASS", "NOWAIT"]);
     let found = offered("MOVE |", none());
-    assert_eq!(labels(&found), ["TOTAL", "P1", "UP", "POINT", "HERE", "DEST"]);
-    assert_eq!(found[1]["detail"], "POINT 400,0,200");
+    assert_eq!(labels(&found), ["P1", "UP", "POINT", "HERE", "DEST"]);
+    assert_eq!(found[0]["detail"], "POINT 400,0,200");
+    let found = offered("Q1 = P1\n  DIM Q2(3) AS POINT\n  I = -1\n  MOVE |", none());
+    assert_eq!(labels(&found), ["P1", "Q1", "Q2", "UP", "POINT", "HERE", "DEST"]);
+    assert_eq!(labels(&offered("IF DIN(1) THEN STOP |", none())), ["ELSE"]);
+    assert_eq!(labels(&offered("IF DIN(1) THEN GOTO AGAIN |", none())), ["ELSE"]);
+    assert_eq!(labels(&offered("IF DIN(1) THEN TOTAL = 1 |", none()))[0], "ELSE");
+    let branch = offered("IF DIN(1) THEN |", none());
+    let action = offered("ON DIN(1) DO |", none());
+    for word in ["FOR", "NEXT", "DIM", "END", "REMARK"] {
+        assert!(
+            !labels(&branch).contains(&word) && !labels(&action).contains(&word),
+            "{word}"
+        );
+    }
+    assert!(labels(&branch).contains(&"WAIT") && !labels(&action).contains(&"WAIT"));
+    assert!(labels(&action).contains(&"MOVE") && labels(&action).contains(&"SUB"));
+    let value = offered("TOTAL = |", none());
+    assert!(labels(&value).contains(&"NOT"));
+    for word in ["AND", "OR", "MOD"] {
+        assert!(!labels(&value).contains(&word), "{word}");
+    }
+    let dot = json!({ "context": { "triggerKind": 2, "triggerCharacter": "." } });
+    assert!(labels(&offered("TOTAL = P1.|", dot.clone())).contains(&"X"));
+    assert_eq!(labels(&offered("TOTAL = 1.|", dot)), [""; 0]);
+    let found = offered("MOVE P1 WITH SPEED = 50, PAYLOAD = L1, |", none());
+    assert!(!labels(&found).contains(&"SPEED") && !labels(&found).contains(&"PAYLOAD"));
+    assert!(labels(&found).contains(&"ACCEL"));
     let found = offered("MOVE P1 WITH |", none());
     assert!(
         labels(&found).contains(&"SPEED")
