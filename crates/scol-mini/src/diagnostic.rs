@@ -15,6 +15,9 @@ pub use crate::lines::Span;
 /// Most diagnostics of one compilation; the last says that more were left out.
 pub const MAX_DIAGNOSTICS: usize = 100;
 
+/// Beginning of the message about a point that is not known.
+pub(crate) const NO_POINT: &str = "no value for";
+
 /// Severity of a diagnostic.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Severity {
@@ -96,6 +99,11 @@ impl Diagnostic {
         };
         self.fix = Some(Box::new(fix));
         self
+    }
+
+    /// Whether it is about a point that neither the file nor the table of taught points has.
+    pub fn misses_point(&self) -> bool {
+        self.code == "E0201" && self.message.starts_with(NO_POINT)
     }
 
     /// Bytes of the place; they do not go beyond the end of its line.

@@ -75,6 +75,8 @@ pub struct Server<P> {
     marked_tables: BTreeSet<String>,
     /// Messages about tables that cannot be read, each of which is shown once.
     reported: BTreeSet<String>,
+    /// The process of the editor, if it has named one.
+    editor: Option<u32>,
 }
 
 /// Place in an open file.
@@ -133,7 +135,13 @@ impl<P: Project> Server<P> {
             changed: BTreeSet::new(),
             marked_tables: BTreeSet::new(),
             reported: BTreeSet::new(),
+            editor: None,
         }
+    }
+
+    /// The process without which nobody needs the server, by the number in `initialize`.
+    pub fn editor(&self) -> Option<u32> {
+        self.editor
     }
 
     /// Whether the conversation has ended, and if so whether the editor has asked for it first.
@@ -286,6 +294,8 @@ impl<P: Project> Server<P> {
         };
         self.projects
             .configure(params.0.get("initializationOptions").unwrap_or(&Value::Null))?;
+        let process = params.0.get("processId").and_then(Value::as_u64);
+        self.editor = process.and_then(|process| u32::try_from(process).ok());
         let mut folders = params.uris("/workspaceFolders");
         if folders.is_empty() {
             folders.extend(params.0.get("rootUri").and_then(Value::as_str).map(str::to_owned));

@@ -7,7 +7,7 @@ use alloc::collections::{BTreeMap, BTreeSet};
 
 use super::declare::dim_slot;
 use super::duplicates;
-use crate::diagnostic::{Diagnostic, Sink};
+use crate::diagnostic::{Diagnostic, NO_POINT, Sink};
 use crate::parser::Block;
 use crate::program::{Owner, Slot, Symbols};
 use crate::tree::{Ask, Name, Node, Reference, Simple, Statement, Takes, Variable};
@@ -242,9 +242,6 @@ fn undefined(variable: &Variable) -> Diagnostic {
 /// A point of which neither the file nor the table of taught points says where it is.
 fn no_point(variable: &Variable) -> Diagnostic {
     let name = &variable.name;
-    let message = format!(
-        "no value for {}: add it to DATA or to the taught points",
-        name.text
-    );
+    let message = format!("{NO_POINT} {}: add it to DATA or to the taught points", name.text);
     Diagnostic::new("E0201", name.span, message)
 }

@@ -83,7 +83,7 @@ impl Document {
             .get_or_init(|| Index::new(self.source(), self.arm(), &self.table.points))
     }
 
-    /// Errors and warnings, as `ts3100 check` has them.
+    /// Errors and warnings, as `ts3100 check` has them. Those about unknown points say why the table is not used.
     pub(super) fn diagnostics(&self) -> &[Diagnostic] {
         self.diagnostics.get_or_init(|| {
             let config = Config {
@@ -91,7 +91,17 @@ impl Document {
                 points: self.table.points.clone(),
                 ..Config::new(Dialect::default())
             };
-            config.check(self.source()).diagnostics
+            let mut diagnostics = config.check(self.source()).diagnostics;
+            let Some(refusal) = self.table.refusal() else {
+                return diagnostics;
+            };
+            for diagnostic in diagnostics.iter_mut().filter(|found| found.misses_point()) {
+                diagnostic.help = Some(match diagnostic.help.take() {
+                    Some(help) => format!("{refusal}. Otherwise: {help}"),
+                    None => refusal.clone(),
+                });
+            }
+            diagnostics
         })
     }
 

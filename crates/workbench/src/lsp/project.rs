@@ -76,6 +76,21 @@ pub(super) struct Table {
 }
 
 impl Table {
+    /// Why no point of it is known, with the place in it.
+    pub(super) fn refusal(&self) -> Option<String> {
+        let name = self.path.as_ref()?.file_name()?.to_string_lossy();
+        let error = self.error.as_ref().map(|error| {
+            let PointsError {
+                line,
+                column,
+                expected,
+                found,
+            } = error;
+            format!("correct {name}, of which no point is used: line {line}, column {column}: expected {expected}, found {found}")
+        });
+        error.or_else(|| self.unreadable.clone())
+    }
+
     /// Place of the name of a point in its text.
     pub(super) fn place_of(&self, name: &str) -> Option<std::ops::Range<usize>> {
         let mut at = 0;

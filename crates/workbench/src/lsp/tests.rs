@@ -885,6 +885,24 @@ fn formatting_touches_only_what_changes() {
 }
 
 #[test]
+fn a_program_says_why_no_taught_point_is_known() {
+    let table = "NAME,X,Y,Z,A,B,C,U,V,CONFIG\n1UP,3,1,5,0,0,0,0,0,\n";
+    let mut editor = Editor::new(&[("points.csv", table)]);
+    let text = "PROGRAM T\n  MOVE UP\n  N = M\nEND\n";
+    let document = json!({ "uri": address("t.scol"), "languageId": "scol", "version": 1, "text": text });
+    editor.tell("textDocument/didOpen", json!({ "textDocument": document }));
+    let found = editor.published("t.scol");
+    assert_eq!(
+        found[0]["message"],
+        "no value for UP: add it to DATA or to the taught points\nhelp: correct points.csv, of which no point is used: \
+         line 2, column 1: expected a name of at most 10 letters and digits, found `1UP`"
+    );
+    // A variable that is not known is none of its points.
+    assert!(!found[1]["message"].as_str().unwrap().contains("points.csv"));
+    assert_ne!(editor.published("points.csv"), json!([]));
+}
+
+#[test]
 fn a_table_of_points_is_read_again_when_it_changes() {
     let mut editor = Editor::new(&[(
         "points.csv",
