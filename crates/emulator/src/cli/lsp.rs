@@ -14,10 +14,11 @@ use clap::Args;
 use std::cell::RefCell;
 use std::collections::BTreeMap;
 use std::fs;
-use std::io::{self, BufReader};
+use std::io::{self, BufReader, Write};
 use std::path::{Path, PathBuf};
-use std::sync::mpsc::{Receiver, sync_channel};
+use std::sync::mpsc::{Receiver, RecvTimeoutError, sync_channel};
 use std::thread;
+use std::time::Duration;
 use tracing::debug;
 use ts3100_book::{Passage, book};
 use ts3100_controller::model::ArmModel;
@@ -29,13 +30,15 @@ use ts3100_workbench::lsp::{Project, Server, Settings, SettingsError};
 
 /// Messages that are read ahead; an editor that sends more waits.
 const AHEAD: usize = 256;
+/// Time between two looks at the process of the editor: one that was killed may leave the stream open to others.
+const LOOK: Duration = Duration::from_secs(3);
 
 /// Serve SCOL to an editor (Language Server Protocol over stdin and stdout).
 ///
 /// Configure your editor to start `ts3100 lsp` for SCOL files. It shows errors while you type and fixes them, completes,
 /// explains words, alarms and lines, finds and renames what programs name, and formats. docs: how-to/write-scol
 ///
-/// Exit codes: 0 the editor ended the conversation; 1 it left without a word; 2 wrong usage, or it sends something else.
+/// Exit codes: 0 the editor ended the conversation; 1 it left without a word, or its process ended; 2 wrong usage, or it sends something else.
 #[derive(Debug, Args)]
 pub(super) struct LspArgs {
     /// Arm, by name or .toml file: it decides how many values a position has
@@ -70,15 +73,33 @@ pub(super) fn run(args: &LspArgs) -> anyhow::Result<u8> {
             }
         }
     })?;
-    Ok(serve(&mut Server::new(Disk::default(), settings), &messages))
+    let mut server = Server::new(Disk::default(), settings);
+    let mut stdout = io::stdout().lock();
+    Ok(serve(&mut server, &messages, &mut stdout, LOOK, is_running))
 }
 
-fn serve(server: &mut Server<Disk>, messages: &Receiver<Result<Option<Vec<u8>>, FramingError>>) -> u8 {
+/// Serves until the conversation ends, or the editor is no longer one of the processes that run.
+fn serve(
+    server: &mut Server<impl Project>,
+    messages: &Receiver<Result<Option<Vec<u8>>, FramingError>>,
+    stream: &mut impl Write,
+    look: Duration,
+    mut is_running: impl FnMut(u32) -> bool,
+) -> u8 {
+    let (mut editor, mut is_known) = (None, false);
     loop {
         let mut batch = Vec::new();
         let mut end = None;
-        let first = messages.recv().into_iter();
-        for message in first.chain(messages.try_iter()) {
+        let first = match editor {
+            None => messages.recv().map_err(RecvTimeoutError::from),
+            Some(_) => messages.recv_timeout(look),
+        };
+        let first = match (first, editor) {
+            (Ok(message), _) => message,
+            (Err(RecvTimeoutError::Timeout), Some(process)) if is_running(process) => continue,
+            (Err(_), _) => return NEGATIVE,
+        };
+        for message in std::iter::once(first).chain(messages.try_iter()) {
             match message {
                 Ok(Some(message)) => batch.push(message),
                 Ok(None) => end = Some(NEGATIVE),
@@ -89,10 +110,9 @@ fn serve(server: &mut Server<Disk>, messages: &Receiver<Result<Option<Vec<u8>>, 
             }
         }
         let answers = server.receive(batch.iter().map(Vec::as_slice));
-        let mut stdout = io::stdout().lock();
         for answer in answers {
             // An editor that has gone takes no answer.
-            if framing::write(&mut stdout, &answer.to_string()).is_err() {
+            if framing::write(stream, &answer.to_string()).is_err() {
                 return NEGATIVE;
             }
         }
@@ -102,6 +122,27 @@ fn serve(server: &mut Server<Disk>, messages: &Receiver<Result<Option<Vec<u8>>, 
         if let Some(code) = end {
             return code;
         }
+        if let Some(process) = server.editor().filter(|_| !is_known) {
+            is_known = true;
+            // One that cannot be seen, as from a container, is no reason to end.
+            editor = Some(process).filter(|process| is_running(*process));
+        }
+    }
+}
+
+/// Whether a process runs. Those of another user do; where it cannot be found out, all do.
+fn is_running(process: u32) -> bool {
+    #[cfg(unix)]
+    {
+        use rustix::io::Errno;
+        use rustix::process::{Pid, test_kill_process};
+        let process = i32::try_from(process).ok().and_then(Pid::from_raw);
+        process.is_some_and(|process| test_kill_process(process) != Err(Errno::SRCH))
+    }
+    #[cfg(not(unix))]
+    {
+        let _ = process;
+        true
     }
 }
 
@@ -164,4 +205,62 @@ fn write_page(code: &str) -> Option<String> {
     fs::create_dir_all(&folder).ok()?;
     fs::write(&path, texts.join("\n")).ok()?;
     Some(uri::of_file(&path))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Serves an editor that has named its process and then says no more, and returns how often its process was looked
+    /// at.
+    fn looks(mut is_running: impl FnMut(u32) -> bool) -> (u8, u32) {
+        let (sender, messages) = sync_channel(AHEAD);
+        let initialize =
+            r#"{"jsonrpc":"2.0","id":1,"method":"initialize","params":{"processId":77,"capabilities":{}}}"#;
+        sender.send(Ok(Some(initialize.into()))).unwrap();
+        let settings = Settings {
+            model: ArmModel::by_name("ts3100-tv800").unwrap(),
+            points: None,
+        };
+        let mut server = Server::new(Disk::default(), settings);
+        let mut count = 0;
+        let mut sender = Some(sender);
+        let code = serve(
+            &mut server,
+            &messages,
+            &mut Vec::new(),
+            Duration::ZERO,
+            |process| {
+                assert_eq!(process, 77);
+                count += 1;
+                let running = is_running(count);
+                if !running && count == 1 {
+                    // Nothing is looked at after this.
+                    sender.take();
+                }
+                running
+            },
+        );
+        (code, count)
+    }
+
+    #[test]
+    fn the_server_ends_with_the_process_of_the_editor() {
+        assert_eq!(looks(|count| count < 4), (NEGATIVE, 4));
+    }
+
+    #[test]
+    fn an_editor_that_cannot_be_seen_is_served_until_its_stream_ends() {
+        assert_eq!(looks(|_| false), (NEGATIVE, 1));
+    }
+
+    #[test]
+    #[cfg(unix)]
+    fn a_process_runs_until_it_has_ended() {
+        assert!(is_running(std::process::id()));
+        let mut ended = std::process::Command::new("true").spawn().unwrap();
+        ended.wait().unwrap();
+        assert!(!is_running(ended.id()));
+        assert!(!is_running(0));
+    }
 }
