@@ -85,7 +85,7 @@ fn warnings(
     let mut file = parse_file(source, options, &mut Sink::new(source));
     slips::lint(&mut file, source, options, &mut sink);
     constants::lint(&mut file, options, points, robot, &mut sink);
-    names::lint(&outline, options.arm, broken.is_empty(), &mut sink);
+    names::lint(&outline, source, options.arm, broken.is_empty(), &mut sink);
     sink.finish()
 }
 

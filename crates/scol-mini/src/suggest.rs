@@ -11,7 +11,7 @@ use alloc::collections::BTreeSet;
 use crate::builtin::{self, Builtin, System};
 use crate::diagnostic::{Diagnostic, Severity, Span};
 use crate::fix::Edit;
-use crate::lexer::{Lexeme, Sign, lines, tokens};
+use crate::lexer::{Lexeme, Sign, leading_word, lines, tokens};
 use crate::options::Arm;
 use crate::outline::{Outline, Part, Row, names, word};
 use crate::points::TaughtPoint;
@@ -51,7 +51,10 @@ pub(crate) fn attach(source: &str, arm: Arm, points: &[TaughtPoint], diagnostics
                     diagnostic.help = Some(format!("{} Otherwise: {help}", remedy.help));
                     diagnostic.fix = remedy.fix.map(Box::new);
                 }
-                Some(help) if !matches!(diagnostic.code, "E0201" | "E0202") => diagnostic.help = Some(help),
+                Some(help) if !matches!(diagnostic.code, "E0201" | "E0202") => {
+                    diagnostic.fix = remedy.fix.filter(|_| remedy.help == help).map(Box::new);
+                    diagnostic.help = Some(help);
+                }
                 _ => {
                     diagnostic.help = Some(remedy.help);
                     diagnostic.fix = remedy.fix.map(Box::new);
@@ -144,6 +147,10 @@ impl Suggester<'_> {
             "E0101" if diagnostic.message == "expected THEN, found the end of the line" => {
                 Some("write an IF on one line: IF condition THEN statement".into())
             }
+            "E0101" if diagnostic.message == "expected a statement, found the end of the line" => self
+                .one_line_if(diagnostic)
+                .or_else(|| self.surplus_word(diagnostic)),
+            "E0215" => self.closed_loop(diagnostic, part?),
             "E0101" => {
                 let sign = self.foreign_sign(diagnostic);
                 sign.or_else(|| self.surplus_word(diagnostic))
@@ -297,6 +304,56 @@ impl Suggester<'_> {
             let name = &other.name.as_ref()?.text;
             Some(format!("{found} is a label of PROGRAM {name}").into())
         })
+    }
+
+    /// NEXT before the END of a program with one loop that is not closed.
+    fn closed_loop(&self, diagnostic: &Diagnostic, part: &Part) -> Option<Remedy> {
+        let is_head = |row: &&Row, word: &str| row.head() == word;
+        let count = |word: &str| part.rows.iter().filter(|row| is_head(row, word)).count();
+        let row = part.rows.iter().find(|row| row.line.number == diagnostic.line)?;
+        let last = usize::try_from(part.last).ok()?.checked_sub(1)?;
+        let end = lines(self.source).get(last)?.span;
+        let margin = |text: &str| text.len() - text.trim_start_matches(' ').len();
+        let (outer, inner) = (
+            margin(end.text(self.source)),
+            margin(row.line.span.text(self.source)),
+        );
+        let is_end = end.text(self.source).trim().eq_ignore_ascii_case("END");
+        if count("FOR") != count("NEXT") + 1 || !is_end {
+            return None;
+        }
+        let next = format!(
+            "{}NEXT {}",
+            " ".repeat(inner.saturating_sub(outer)),
+            word(row.body.get(1))
+        );
+        // The loop may end earlier.
+        let edit = Edit::line_before(self.source, end.start, &next).uncertain();
+        Some(Remedy::from("close the loop with NEXT and its variable").fix(edit))
+    }
+
+    /// An IF of three lines, of which the second is its only statement, on one line.
+    fn one_line_if(&self, diagnostic: &Diagnostic) -> Option<Remedy> {
+        let at = usize::try_from(diagnostic.line).ok()?.checked_sub(1)?;
+        let lines = lines(self.source);
+        let [head, inner, close] = lines.get(at..at + 3)? else {
+            return None;
+        };
+        let texts = [head, inner, close].map(|line| line.span.text(self.source).trim());
+        let [head_text, statement, closer] = texts;
+        let closer = closer.to_ascii_uppercase();
+        let (first, _) = leading_word(statement);
+        let is_alone = !["IF", "FOR", "NEXT", "ELSE", "END", "REMARK", ""]
+            .iter()
+            .any(|word| first.eq_ignore_ascii_case(word));
+        let has_more = statement.contains([':', '\'']);
+        let is_if = head_text.to_ascii_uppercase().ends_with("THEN") && !head_text.contains('\'');
+        if !is_if || !is_alone || has_more || !matches!(closer.as_str(), "ENDIF" | "END IF") {
+            return None;
+        }
+        let end = head.span.start + head.span.text(self.source).trim_end().len();
+        let edit = Edit::replace(Span::new(end, close.span.end), format!(" {statement}"));
+        Some(Remedy::from("write an IF on one line, with a statement after THEN and ELSE").fix(edit))
     }
 
     /// Help that names the line of the first of two declarations.
@@ -550,6 +607,46 @@ mod tests {
             "MOVE POINT(1, 2 WITH SPEED = 5",
         ] {
             assert_eq!(fixed_line(line), None, "{line}");
+        }
+    }
+
+    #[test]
+    fn blocks_are_closed_where_one_place_is_left() {
+        let fixed = |body: &str| {
+            let source = format!("PROGRAM T\n{body}END\n");
+            let found = crate::check(&source, &crate::LanguageOptions::default()).diagnostics;
+            let fix = found.first()?.fix.as_ref()?;
+            Some((fix.apply(&source), fix.is_certain))
+        };
+        for (body, after, is_certain) in [
+            (
+                "  FOR I = 1 TO 3\n    PRINT I\n",
+                "  FOR I = 1 TO 3\n    PRINT I\n  NEXT I\n",
+                false,
+            ),
+            (
+                "  IF DIN(1) THEN\n    STOP\n  ENDIF\n",
+                "  IF DIN(1) THEN STOP\n",
+                true,
+            ),
+            (
+                "  if din(1) then \n stop\nend if\n",
+                "  if din(1) then stop\n",
+                true,
+            ),
+            ("  DELAY 500\n", "  DELAY 0.5\n", false),
+            ("L:  DELAY 5\n", "DELAY 5\n", false),
+        ] {
+            let after = format!("PROGRAM T\n{after}END\n");
+            assert_eq!(fixed(body), Some((after, is_certain)), "{body}");
+        }
+        for body in [
+            "  FOR I = 1 TO 3\n  FOR J = 1 TO 3\n    PRINT I, J\n",
+            "  IF DIN(1) THEN\n    STOP\n    STOP\n  ENDIF\n",
+            "  IF DIN(1) THEN\n    STOP ' now\n  ENDIF\n",
+            "  IF DIN(1) THEN\n    IF DIN(2) THEN STOP\n  ENDIF\n",
+        ] {
+            assert_eq!(fixed(body), None, "{body}");
         }
     }
 }

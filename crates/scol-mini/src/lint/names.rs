@@ -27,7 +27,7 @@ struct Uses<'a> {
     called: BTreeSet<String>,
 }
 
-pub(super) fn lint(outline: &Outline, arm: Arm, clean: bool, sink: &mut Sink) {
+pub(super) fn lint(outline: &Outline, source: &str, arm: Arm, clean: bool, sink: &mut Sink) {
     let mut shared = outline.shared();
     let mut known: BTreeSet<&str> = BTreeSet::new();
     let mut called: BTreeSet<&str> = BTreeSet::new();
@@ -37,7 +37,7 @@ pub(super) fn lint(outline: &Outline, arm: Arm, clean: bool, sink: &mut Sink) {
     for (at, (part, uses)) in parts.iter().enumerate() {
         uninitialised(part, uses, &valued, sink);
         if clean {
-            labels(part, at == 0, uses, sink);
+            labels(part, source, at == 0, uses, sink);
             unread(part, uses, &shared, sink);
         }
         known.extend(uses.used.iter().chain(uses.assigned.keys()));
@@ -109,7 +109,7 @@ fn uninitialised(part: &Part, uses: &Uses<'_>, valued: &BTreeSet<&str>, sink: &m
 }
 
 /// W0604.
-fn labels(part: &Part, is_first: bool, uses: &Uses<'_>, sink: &mut Sink) {
+fn labels(part: &Part, source: &str, is_first: bool, uses: &Uses<'_>, sink: &mut Sink) {
     for label in part.rows.iter().filter_map(|row| row.label.as_ref()) {
         if label.text != CYCLE && !uses.labels.contains(label.text.as_str()) {
             let problem = Diagnostic::new("W0604", label.span, format!("nothing jumps to {}", label.text));
@@ -118,10 +118,19 @@ fn labels(part: &Part, is_first: bool, uses: &Uses<'_>, sink: &mut Sink) {
                 true => problem
                     .help("did you mean RCYCLE, where RS,CYC continues? Otherwise: remove the label")
                     .fix(Edit::replace(label.span, CYCLE)),
-                false => problem.help("remove the label"),
+                false => problem
+                    .help("remove the label")
+                    .fix(without_label(source, label.span)),
             });
         }
     }
+}
+
+/// Removes a label with its colon.
+fn without_label(source: &str, label: Span) -> Edit {
+    let rest = source.get(label.end..).unwrap_or_default();
+    let colon = rest.find(':').map_or(label.end, |at| label.end + at + 1);
+    Edit::remove(source, Span::new(label.start, colon))
 }
 
 /// W0605.

@@ -103,9 +103,11 @@ impl Slips<'_> {
         let (minutes, milliseconds) = (f64::from(number) / 60.0, f64::from(number) / 1000.0);
         let message = format!("DELAY counts in seconds: this waits for {minutes:.1} minutes");
         let problem = Diagnostic::new("W0627", seconds.span, message);
-        self.sink.push(problem.help(format!(
+        let problem = problem.help(format!(
             "write DELAY {milliseconds} for {number} milliseconds, or DELAY {number}.0 for {number} seconds"
-        )));
+        ));
+        self.sink
+            .push(problem.fix(Edit::replace(seconds.span, milliseconds.to_string())));
     }
 
     /// W0628.

@@ -191,7 +191,7 @@ fn every_fix_cures_what_it_is_for() {
                 .any(|d| d.code == remark.code && d.message == remark.message && d.line == remark.line);
             assert!(gone, "{place}: {remark:?}");
             // A line that the fix inserts moves the others down.
-            let added = changed.lines().count() - source.lines().count();
+            let added = changed.lines().count().saturating_sub(source.lines().count());
             let last = remark.line + u32::try_from(added).unwrap();
             let known = errors(&before, remark.line..=last);
             let found = errors(&after, remark.line..=last);
