@@ -21,6 +21,8 @@ ALLOWED = [
     (r".*\.nupkg", [r"\[Content_Types\]\.xml", r"_rels/\.rels", r"ts3100[\w.-]*\.nuspec", r"README\.md", *LICENCES,
                     r"tools/any/[\w-]+/(DotnetToolSettings\.xml|%s)" % PROGRAM]),
     (r".*\.tgz", [r"package/(package\.json|README\.md|%s|%s|(launch|index|binary|host|errors|operations|trace)\.js|(index|operations)\.d\.ts)" % (PROGRAM, LICENCES[0])]),
+    (r"ts3100-vscode-[\w.-]*\.vsix", [r"extension\.vsixmanifest", r"\[Content_Types\]\.xml", r"extension/(package|language-configuration|scol\.tmLanguage)\.json",
+                          r"extension/(readme\.md|dist/extension\.js|bin/ts3100\.br|walkthrough/\w+\.(md|scol)|%s|LICENSE-BUNDLED)" % LICENCES[0]]),
     (r"ts3100\.hpp|ts3100-(config|scenario|faults)\.schema\.json|install\.sh|ts3100-[^/]*\.cdx\.json", [r"[^/]+"]),
 ]
 # The type of an ELF file that runs at any address, and the processor for which the toolchain makes no static ones.
@@ -34,6 +36,17 @@ ELF_DEBUG = re.compile(rb"\.symtab$|\.strtab$|\.debug_|\.zdebug_|\.stab")
 LC_SYMTAB, MACH_O_DEBUG, MACH_O_LOCAL = 2, (0x24, 0x64, 0x66), (0x0E, 1)
 # Where a machine keeps its users and scratch files. A program may speak of /tmp itself.
 HOMES = re.compile(rb"(?:/root|/home/[a-z]|/Users/|/tmp/[\w.-]+/|/builds/|/github/|[A-Z]:\\Users\\)[\w./\\-]*")
+
+
+# Most bytes of a package: what a marketplace and its users load for one platform.
+LARGEST = [(r".*\.vsix", 4_000_000)]
+
+
+def too_large(path):
+    """Why the size of a package is refused, or ""."""
+    size = os.path.getsize(path)
+    most = next((most for package, most in LARGEST if re.fullmatch(package, os.path.basename(path))), size)
+    return "has %d bytes, and at most %d are allowed" % (size, most) if size > most else ""
 
 
 def contents(path):
@@ -52,9 +65,11 @@ def contents(path):
 
 def unpacked(path):
     """Names and contents."""
-    if path.endswith((".zip", ".whl", ".nupkg")):
+    if path.endswith((".zip", ".whl", ".nupkg", ".vsix")):
         with zipfile.ZipFile(path) as archive:
-            return [(name, archive.read(name)) for name in archive.namelist() if not name.endswith("/")]
+            files = [(name, archive.read(name)) for name in archive.namelist() if not name.endswith("/")]
+            # As a user has it: Visual Studio Code's extension unpacks its program.
+            return [(name, of_brotli(content) if name.endswith(".br") else content) for name, content in files]
     if path.endswith((".tar.gz", ".tgz")):
         with open(path, "rb") as file:
             return of_tar(file.read())
@@ -63,6 +78,12 @@ def unpacked(path):
         return [(name.removeprefix("./"), content) for name, content in of_tar(done.stdout)]
     with open(path, "rb") as file:
         return [(os.path.basename(path), file.read())]
+
+
+def of_brotli(data):
+    """The content of a file that Brotli has compressed."""
+    unpack = "process.stdout.write(require('node:zlib').brotliDecompressSync(require('node:fs').readFileSync(0)))"
+    return subprocess.run(["node", "-e", unpack], input=data, stdout=subprocess.PIPE, check=True).stdout
 
 
 def of_tar(data):
