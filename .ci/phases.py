@@ -286,10 +286,11 @@ def control():
 
 
 def clients():
-    """the clients in all languages, the grammar of SCOL in an editor's engine, the GitHub Action by hand, the Python package and its figures"""
+    """the clients in all languages, the grammar of SCOL in an editor's engine, the extension of Visual Studio Code, the GitHub Action by hand, the Python package and its figures"""
     packages("mcs:mono-mcs", "mono:mono-runtime", "clang++:clang", "x86_64-w64-mingw32-g++-posix:g++-mingw-w64-x86-64-posix")
     run(*serving("packages/client_libraries", "dotnet", "cpp", "npm"))
     run(*system("packages/grammar", "--modules", TOOLS / "grammar"))
+    run(*serving("packages/vscode_extension", "--tools", TOOLS))
     run(*serving("packages/github_action"))
     # Measures what a fresh robot adds to a test, so nothing else runs.
     run(*serving("packages/python_package"))
