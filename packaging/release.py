@@ -2,7 +2,7 @@
 """Makes a release: the program for each platform, and from these programs every package. Publishes nothing.
 
     packaging/release.py build --out programs [TARGET ...]    the programs, as programs/TARGET/ts3100
-    packaging/release.py pack --out dist programs             archives, .deb, wheels, npm and NuGet packages, SBOM, SHA256SUMS
+    packaging/release.py pack --out dist programs             archives, .deb, wheels, npm, NuGet and editor packages, SBOM, SHA256SUMS
     packaging/release.py verify dist                          lists each package and checks what is in it
 
 Without TARGET, `build` makes those that can be made here. Linux and Windows are built on Linux, with `cargo zigbuild` where
@@ -27,9 +27,11 @@ import zipfile
 HERE = os.path.dirname(os.path.abspath(__file__))
 ROOT = os.path.dirname(HERE)
 sys.path.insert(0, os.path.join(ROOT, "clients"))
+sys.path.insert(0, os.path.join(ROOT, "editors", "vscode"))
 sys.path.insert(0, HERE)
-from binaries import PLATFORMS, Unfit, kind_of  # noqa: E402
-from verify import contents, foreign_paths, mislinked, unstripped  # noqa: E402
+import vsix  # noqa: E402
+from binaries import PLATFORMS, Unfit, kind_of, read  # noqa: E402
+from verify import contents, foreign_paths, mislinked, too_large, unstripped  # noqa: E402
 
 LINUX = {"x86_64": "x86_64-unknown-linux-musl", "aarch64": "aarch64-unknown-linux-musl", "arm64": "aarch64-unknown-linux-musl"}
 CROSS = ["x86_64-unknown-linux-musl", "aarch64-unknown-linux-musl", "x86_64-pc-windows-gnu"]
@@ -106,6 +108,7 @@ def fetch(options):
     options.tools.python("zig", ZIG)
     options.tools.python("wheels", WHEELS)
     options.tools.cyclonedx()
+    vsix.fetched(options.tools.folder)
 
 
 def build(options):
@@ -292,8 +295,10 @@ def pack(options):
         pairs = ["%s=%s" % pair for pair in programs.items()]
         for packer in ("npm", "dotnet"):
             run(sys.executable, os.path.join(ROOT, "clients", packer, "pack.py"), "--version", number, "--out", out, *pairs)
+        vsix.pack(number, read(pairs), out, options.tools.folder, time)
     if not options.no_sbom:
         sbom(os.path.join(out, "ts3100-%s.cdx.json" % number), options.tools, number, time)
+        vsix.sbom(os.path.join(out, "ts3100-vscode-%s.cdx.json" % number), options.tools.folder, number)
     shutil.copy(os.path.join(ROOT, "clients", "cpp", "ts3100.hpp"), out)
     shutil.copy(os.path.join(HERE, "install.sh"), out)
     for name in ("config", "scenario", "faults"):
@@ -329,6 +334,7 @@ def verify(options):
             problems.append("%s cannot be read: %s" % (name, error))
             continue
         print("%s, %d bytes" % (name, os.path.getsize(path)))
+        problems += ["%s %s" % (name, too_large(path))] if too_large(path) else []
         for inner, (content, refused) in files.items():
             print("    %9d  %s" % (len(content), inner))
             problems += ["%s: %s %s" % (name, inner, refused)] if refused else []

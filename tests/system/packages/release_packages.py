@@ -24,6 +24,7 @@ import tempfile
 import threading
 import tomllib
 import tty
+import zipfile
 
 sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "lib"))
 sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "..", "..", "packaging"))
@@ -266,6 +267,20 @@ def registries(dist, number, scratch):
     equal("npm installs launcher and program", "ts3100 " + number, run(os.path.join(folder, "node_modules", ".bin", "ts3100"), "--version"))
 
 
+def extension(dist, number, scratch):
+    """The program that the extension of Visual Studio Code unpacks."""
+    cpu = {"x86_64": "x64", "aarch64": "arm64"}[platform.machine()]
+    for system in ("linux", "alpine"):
+        folder = os.path.join(scratch, "vscode-" + system)
+        with zipfile.ZipFile(os.path.join(dist, "ts3100-vscode-%s-%s-%s.vsix" % (system, cpu, number))) as package:
+            package.extractall(folder)
+        places = {"setting": "", "packaged": os.path.join(folder, "extension", "bin", "ts3100.br"), "storage": os.path.join(folder, "storage"),
+                  "environment": {}, "platform": "linux"}
+        find = "console.log(require(process.argv[1]).findProgram(JSON.parse(process.argv[2])).program)"
+        found = run("node", "-e", find, os.path.join(ROOT, "editors", "vscode", "src", "place.js"), json.dumps(places))
+        equal("the extension for %s unpacks the program" % system, "ts3100 " + number, run(found, "--version"))
+
+
 def metadata(dist, number, programs):
     """What `cargo binstall` would look for is there, and the bill of materials names what is in the program."""
     with open(os.path.join(ROOT, "crates", "emulator", "Cargo.toml"), "rb") as file:
@@ -345,6 +360,7 @@ def main():
         metadata(dist, number, programs)
         installer(dist, number, scratch)
         registries(dist, number, scratch)
+        extension(dist, number, scratch)
         debian(dist, scratch)
     finally:
         shutil.rmtree(scratch, ignore_errors=True)
