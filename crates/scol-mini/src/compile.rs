@@ -2,13 +2,14 @@
 //!
 //! Its parts run in this order: `declare` makes the variables of GLOBAL and DATA, `names` resolves names, `kinds`
 //! checks kinds, `emit` turns statements into steps, `lower` writes the instructions of the steps. `direct` does the
-//! same for the one statement of the host command DO. Running the result is left to `machine`; start with [`compile`].
+//! same for the one statement of the host command DO, `probe` for what somebody asks of a program that has stopped. Running the result is left to `machine`; start with [`compile`].
 
 mod declare;
 mod direct;
 mod emit;
 mod kinds;
 mod names;
+mod probe;
 
 use crate::prelude::*;
 use alloc::collections::BTreeSet;
@@ -24,6 +25,7 @@ use crate::program::{Entry, Program, Symbols, fingerprint, hash};
 use crate::tree::Name;
 
 pub use direct::compile_direct;
+pub(crate) use probe::{Probe, compile_probe};
 
 /// The result of a compilation.
 #[derive(Debug, Clone, PartialEq)]
@@ -79,6 +81,11 @@ fn build(
         blocks.push(Entry {
             name: block.name.text.clone(),
             step: steps.len(),
+            parameters: block
+                .parameters
+                .iter()
+                .map(|parameter| parameter.text.clone())
+                .collect(),
             locals: first_local..symbols.slots.len(),
         });
         let label = emit::block(block, &file.suppressed, &signatures, &mut steps, sink);

@@ -62,6 +62,7 @@ mod outline;
 mod parser;
 mod points;
 mod prelude;
+mod probe;
 mod program;
 mod request;
 mod rewrite;
@@ -78,11 +79,12 @@ pub use diagnostic::{Diagnostic, MAX_DIAGNOSTICS, Severity, Span};
 pub use fix::Edit;
 pub use format::format;
 pub use lint::{check, check_for, check_with_points};
-pub use machine::{Jump, Machine, MonitorAction};
+pub use machine::{Jump, Local, Machine, MonitorAction};
 pub use memory::{AccessError, Memory};
 pub use options::{Arm, IntDivision, LanguageOptions};
 pub use outline::{print_channels, starts_tasks};
 pub use points::{PointsError, TaughtPoint, parse_points};
+pub use probe::ProbeError;
 pub use program::{Program, STATE_VERSION, VariableInfo};
 pub use request::{
     Answer, Channel, Fault, FaultKind, Inputs, MAX_PRINT, Motion, Path, Pause, Request, Robot,

@@ -10,6 +10,7 @@ mod compose;
 mod evaluate;
 mod execute;
 mod fast_sine;
+mod frames;
 mod functions;
 mod loops;
 mod monitor;
@@ -33,6 +34,7 @@ use crate::value::{Number, Position};
 
 pub(crate) use arithmetic::convert;
 use evaluate::Execution;
+pub use frames::Local;
 pub use monitor::{Jump, MonitorAction};
 pub(crate) use place::outside_array;
 use place::{Argument, ValuePlace};
@@ -316,7 +318,7 @@ impl Machine {
             .map(|frame| frame.return_to.saturating_sub(1));
         returns.chain([self.at]).filter_map(|at| {
             let step = self.program.steps.get(at)?;
-            Some((self.program.block_of(at)?, step.line))
+            Some((self.program.block_of(at)?.name.as_str(), step.line))
         })
     }
 

@@ -47,6 +47,7 @@ pub(crate) struct Entry {
     pub name: String,
     /// Its first step.
     pub step: usize,
+    pub parameters: Vec<String>,
     /// The slots of its variables, without its parameters.
     pub locals: Range<usize>,
 }
@@ -369,12 +370,10 @@ impl Program {
         blocks.map(|block| (block.name.as_str(), line(block))).collect()
     }
 
-    /// Name of the PROGRAM block with this step.
-    pub(crate) fn block_of(&self, step: usize) -> Option<&str> {
+    /// The PROGRAM block with this step.
+    pub(crate) fn block_of(&self, step: usize) -> Option<&Entry> {
         let before = self.blocks.iter().filter(|block| block.step <= step);
-        before
-            .max_by_key(|block| block.step)
-            .map(|block| block.name.as_str())
+        before.max_by_key(|block| block.step)
     }
 
     /// A variable of GLOBAL or a name of DATA; `None` when there is no such. Case does not matter (RAM-07).

@@ -9,7 +9,7 @@ use super::declare::dim_slot;
 use super::duplicates;
 use crate::diagnostic::{Diagnostic, NO_POINT, Sink};
 use crate::parser::Block;
-use crate::program::{Owner, Slot, Symbols};
+use crate::program::{Entry, Owner, Slot, Symbols};
 use crate::tree::{Ask, Name, Node, Reference, Simple, Statement, Takes, Variable};
 use crate::value::ValueKind;
 
@@ -73,6 +73,40 @@ pub(super) fn resolve_direct(statement: &mut Statement, symbols: &mut Symbols, s
     }
     scope.statement(statement);
     scope.locals.len()
+}
+
+/// Resolves a statement that is asked of a program of the file: its parameters and variables, then GLOBAL and DATA.
+pub(super) fn resolve_in_block(
+    statement: &mut Statement,
+    block: Option<&Entry>,
+    symbols: &mut Symbols,
+    sink: &mut Sink,
+) {
+    let suppressed = BTreeSet::new();
+    let mut scope = Scope::new(&suppressed, symbols, sink);
+    if let Some(block) = block {
+        let slots = block.locals.clone().zip(
+            scope
+                .symbols
+                .slots
+                .get(block.locals.clone())
+                .into_iter()
+                .flatten(),
+        );
+        let variables = slots.map(|(slot, info)| {
+            (
+                info.name.clone(),
+                Reference::Slot {
+                    slot,
+                    cell: info.base,
+                },
+            )
+        });
+        let parameters = block.parameters.iter().cloned().enumerate();
+        let parameters = parameters.map(|(at, name)| (name, Reference::Parameter(at)));
+        scope.locals = variables.chain(parameters).collect();
+    }
+    scope.statement(statement);
 }
 
 /// Names that can only mean positions: targets of motions, what a coordinate is read of, what a POINT is added to.

@@ -63,16 +63,21 @@ impl Memory {
 
     /// The value of a variable of a program: that of the main task, else of the first task in which it has one.
     pub(super) fn value_in_tasks(&self, slots: &[Slot], cell: usize) -> Option<Value> {
-        let (_, range) = extent(slots, self.cells.variables);
-        let at = cell.checked_sub(range.start)?;
-        let parked = |task: &u16| Some(*self.parked.get(task)?.cells.get(at)?);
-        let of_task = |task: &u16| match *task == self.task {
-            true => self.value(cell),
-            false => parked(task).and_then(|cell| self.held(cell)),
-        };
         let mut tasks: Vec<u16> = self.parked.keys().copied().chain([self.task]).collect();
         tasks.sort_unstable();
-        tasks.iter().find_map(of_task)
+        tasks.iter().find_map(|task| self.value_in(slots, *task, cell))
+    }
+
+    /// The value of a variable as this task has it; those of GLOBAL and DATA are the same for all.
+    pub(crate) fn value_in(&self, slots: &[Slot], task: u16, cell: usize) -> Option<Value> {
+        let (_, range) = extent(slots, self.cells.variables);
+        match cell
+            .checked_sub(range.start)
+            .filter(|_| task != self.task && task != DIRECT)
+        {
+            Some(at) => self.held(*self.parked.get(&task)?.cells.get(at)?),
+            None => self.value(cell),
+        }
     }
 
     /// A task has ended: its variables are gone. Those of the main program stay.
