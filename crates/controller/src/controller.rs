@@ -82,6 +82,9 @@ impl Controller {
     /// Why an [`Input::Action`] had no effect. Of an action that waits for its file to be persisted the result comes
     /// with [`Input::Persisted`].
     pub fn handle(&mut self, now: Time, input: Input) -> Result<Accepted, ActionError> {
+        if self.is_halted() {
+            return Ok(Accepted::Pending);
+        }
         if let Input::Persisted(answer) = input {
             return self.persisted(answer);
         }
@@ -91,6 +94,9 @@ impl Controller {
             let _late = self.persisted(Err(PersistError::NoAnswer));
         }
         let settled = self.advance_to(now);
+        if self.is_halted() {
+            return Ok(Accepted::Pending);
+        }
         // Something that was due has changed a file. The input belongs after that, so it waits for the same answer.
         if self.robot.persistence.is_waiting() {
             debug_assert!(

@@ -21,6 +21,7 @@ use selection::Selected;
 pub use task::{Task, TaskState, TaskView};
 
 use crate::arm::Arm;
+use crate::inspection::Inspection;
 use crate::port::Port;
 use crate::prelude::*;
 use crate::time::Time;
@@ -94,6 +95,9 @@ pub struct Executor {
     spare_program: Arc<Program>,
     /// Its data.
     spare_memory: Memory,
+    /// What looks at each statement.
+    #[serde(skip)]
+    inspection: Option<Box<Inspection>>,
 }
 
 /// The program of a snapshot that was read back, until it is compiled again.
@@ -124,6 +128,7 @@ impl Executor {
             run_shown_until: None,
             spare_program,
             spare_memory,
+            inspection: None,
         }
     }
 
@@ -304,6 +309,23 @@ impl Executor {
     /// Where the program stops besides its end.
     pub(crate) fn breakpoints(&self) -> &Breakpoints {
         &self.breakpoints
+    }
+
+    /// What looks at each statement.
+    pub(crate) fn inspection(&self) -> Option<&Inspection> {
+        self.inspection.as_deref()
+    }
+
+    /// The place of what looks at each statement.
+    pub(crate) fn inspection_mut(&mut self) -> &mut Option<Box<Inspection>> {
+        &mut self.inspection
+    }
+
+    /// Whether an inspection has halted the program.
+    pub(crate) fn is_halted(&self) -> bool {
+        self.inspection
+            .as_ref()
+            .is_some_and(|inspection| inspection.halt.is_some())
     }
 
     /// Current file line of the program; 0 when no file is selected (SF-24).

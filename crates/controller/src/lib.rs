@@ -47,6 +47,7 @@ pub mod faults;
 mod finding;
 pub mod findings;
 pub mod input;
+pub mod inspection;
 mod io;
 pub mod limits;
 mod listed;

@@ -7,9 +7,11 @@ use crate::alarm::Alarms;
 use crate::arm::{ArmPose, Frames};
 use crate::drive::Drive;
 use crate::endpoint::session::{Exchange, Session};
+use crate::executor::Task;
 pub use crate::executor::TaskView;
 use crate::faults::Faults;
 use crate::faults::effects::FaultEffects;
+use crate::inspection::{Assignment, InspectError, Inspection};
 use crate::io::line_names::HANDS;
 use crate::io::signals::Signals;
 use crate::listed::listed;
@@ -20,7 +22,7 @@ use crate::port::Port;
 use crate::prelude::*;
 use crate::time::Time;
 use crate::watched::Watched;
-use scol_mini::{Channel, Memory, Value, ValueKind};
+use scol_mini::{Channel, Local, Memory, Value, ValueKind};
 use ts3100_proto::calendar::CalendarTime;
 use ts3100_proto::command::Number;
 use ts3100_proto::name::{NameError, VariableName, split_subscripts};
@@ -53,6 +55,30 @@ pub struct VariableView {
     pub bounds: Vec<u32>,
     /// Its value, in the order of MR; `None` when it has none, or when it is an array.
     pub value: Option<Vec<Number>>,
+}
+
+/// A task as somebody sees it who looks at the program.
+#[derive(Debug, Clone, PartialEq)]
+pub struct TaskStack {
+    /// 1 the main program.
+    pub id: u16,
+    /// As of [`TaskView`].
+    pub state: &'static str,
+    /// Its open calls, outermost first, then those of the action of its monitor.
+    pub calls: Vec<CallView>,
+    /// How many of them the action interrupts, while there is one.
+    pub interrupted: Option<usize>,
+}
+
+/// An open call.
+#[derive(Debug, Clone, PartialEq)]
+pub struct CallView {
+    /// The program that was called.
+    pub program: String,
+    /// The file line at which it is.
+    pub line: u32,
+    /// Its parameters and variables.
+    pub locals: Vec<VariableView>,
 }
 
 impl Controller {
@@ -133,6 +159,94 @@ impl Controller {
     /// The main program, its tasks, and the statement of DO.
     pub fn tasks(&self) -> Vec<TaskView> {
         self.robot.executor.task_views()
+    }
+
+    /// The tasks of the program with their open calls and the variables of each.
+    pub fn stacks(&self) -> Vec<TaskStack> {
+        let executor = &self.robot.executor;
+        let memory = executor.memory();
+        let stacks = executor.program_tasks().map(|task| {
+            let view = task.view(executor.program_runs());
+            let machines = task.parts().map(Task::machine);
+            let has_action = task.parts().count() > 1;
+            let locals = machines.flat_map(|machine| {
+                let calls = 0..machine.depth();
+                calls.map(|call| machine.locals(call, memory))
+            });
+            let calls = view.calls.into_iter().zip(locals);
+            TaskStack {
+                id: view.id,
+                state: view.state,
+                interrupted: has_action.then(|| task.machine().depth()),
+                calls: calls
+                    .map(|((program, line), locals)| CallView {
+                        program,
+                        line,
+                        locals: locals.into_iter().map(|local| self.local_view(local)).collect(),
+                    })
+                    .collect(),
+            }
+        });
+        stacks.collect()
+    }
+
+    fn local_view(&self, local: Local) -> VariableView {
+        VariableView {
+            name: local.name,
+            kind: local.info.kind,
+            bounds: local.bounds,
+            value: local.value.map(|value| self.listed(&value)),
+        }
+    }
+
+    /// The value of an expression as the call with this index of a task reads it; an assignment is tried in a copy, and has
+    /// the value that its variable would have.
+    ///
+    /// # Errors
+    /// See [`InspectError`].
+    pub fn evaluate(&self, task: u16, call: usize, text: &str) -> Result<VariableView, InspectError> {
+        let mut robot = self.robot.clone();
+        let value = robot.evaluate(task, call, text)?;
+        Ok(VariableView {
+            name: String::from(text),
+            kind: Some(value.kind()),
+            bounds: Vec::new(),
+            value: Some(self.listed(&value)),
+        })
+    }
+
+    /// Carries out an assignment as the call with this index of a task sees its variable. What waits for the variable looks at
+    /// it with the next input.
+    ///
+    /// # Errors
+    /// See [`InspectError`].
+    pub fn assign(&mut self, assignment: &Assignment) -> Result<(), InspectError> {
+        let Assignment { task, call, text } = assignment;
+        self.robot.evaluate(*task, *call, text).map(drop)
+    }
+
+    /// The lines of the selected file on which a statement begins, in ascending order.
+    pub fn statement_lines(&self) -> Vec<u32> {
+        self.robot.executor.program().statement_lines()
+    }
+
+    /// From now on every statement is looked at, until the inspection is taken or halts the program.
+    pub fn inspect(&mut self, inspection: Inspection) {
+        *self.robot.executor.inspection_mut() = Some(Box::new(inspection));
+    }
+
+    /// Takes what has looked at the statements.
+    pub fn take_inspection(&mut self) -> Option<Inspection> {
+        self.robot
+            .executor
+            .inspection_mut()
+            .take()
+            .map(|inspection| *inspection)
+    }
+
+    /// Whether an inspection has halted the program: the controller is as it was then, and takes no input.
+    pub fn is_halted(&self) -> bool {
+        self.robot.executor.is_halted()
     }
 
     /// Lines of the selected file that are executed and analysed (SF-24).

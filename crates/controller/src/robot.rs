@@ -3,6 +3,7 @@
 
 mod checks;
 mod direct;
+mod looking;
 mod requests;
 mod run_control;
 pub(crate) mod scheduler;

@@ -231,9 +231,14 @@ impl Seat {
         self.controller.trace(traced);
     }
 
-    /// Replaces the controller. The subscribers see its statements as they saw those of the one before.
+    /// Replaces the controller. The subscribers see its statements as they saw those of the one before, and so does an
+    /// inspection.
     pub fn replace(&mut self, controller: Controller) {
+        let inspection = self.controller.take_inspection();
         self.controller = controller;
+        if let Some(inspection) = inspection {
+            self.controller.inspect(inspection);
+        }
         self.await_statements(self.statements_awaited);
     }
 

@@ -129,6 +129,9 @@ impl Controller {
 
     /// When something happens by itself.
     pub(crate) fn deadline(&self) -> Option<Time> {
+        if self.is_halted() {
+            return None;
+        }
         let timers = AT_PORTS.into_iter().chain(OF_ROBOT);
         timers
             .filter_map(|timer| timer.due(&self.endpoints, &self.robot))
@@ -150,6 +153,9 @@ impl Controller {
                 timer.serve(self);
             }
             self.settle();
+            if self.is_halted() {
+                return true;
+            }
             settled = self.robot.context.now >= now;
             // Time stands still until the answer: the timers that are left are served afterwards, at their own times.
             if self.robot.persistence.is_waiting() {
@@ -171,6 +177,10 @@ impl Controller {
     pub(super) fn settle(&mut self) {
         for timer in OF_ROBOT {
             timer.serve(self);
+            if self.is_halted() {
+                self.due = None;
+                return;
+            }
         }
         if !self.robot.context.fault_effects.is_empty() {
             let state = self.robot.machine_state();

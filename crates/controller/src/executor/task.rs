@@ -289,6 +289,11 @@ impl Task {
         &self.machine
     }
 
+    /// The interpreter, for what somebody changes in a program that has stopped.
+    pub(crate) fn machine_mut(&mut self) -> &mut Machine {
+        &mut self.machine
+    }
+
     /// File line of the statement under way or next.
     pub(crate) fn line(&self) -> u32 {
         self.machine.line()
@@ -450,6 +455,11 @@ impl Task {
     /// Takes the action of a monitor, to begin or continue it.
     pub(crate) fn put_handler(&mut self, handler: Box<Task>) {
         self.handler = Some(handler);
+    }
+
+    /// The action of a monitor, while one is under way.
+    pub(crate) fn handler_mut(&mut self) -> Option<&mut Task> {
+        self.handler.as_deref_mut()
     }
 
     /// The action of a monitor has ended.

@@ -53,6 +53,9 @@ impl Robot {
     /// the controller. After bytes of a PRINT the program continues when they are sent ([`Robot::printed`]), because
     /// the next PRINT waits for the room that they leave.
     pub(crate) fn run(&mut self, ports: &dyn PortFacts) -> Option<RunEffect> {
+        if self.executor.is_halted() {
+            return None;
+        }
         if self.panel.state().powered {
             loop {
                 // A DO and a program never run together (D7), so the order decides nothing.
@@ -65,6 +68,9 @@ impl Robot {
                     Turn::Taken => {}
                     Turn::Asks(effect) => return Some(effect),
                 }
+            }
+            if self.executor.is_halted() {
+                return None;
             }
             self.show_state();
         }
@@ -86,6 +92,7 @@ impl Robot {
         };
         // One statement at a time where something is looked at between two of them.
         let single = self.context.outputs.is_traced()
+            || self.executor.inspection().is_some()
             || self.panel.state().run_mode == RunMode::Step
             || self.executor.breakpoints().are_set();
         let mut standing = true;
@@ -106,6 +113,9 @@ impl Robot {
             standing = false;
             let step = self.advance(ports, &mut task, single, stop.is_some());
             self.executor.put_task(task);
+            if self.executor.is_halted() {
+                return Turn::Over;
+            }
             if !matches!(step, Step::Blocked) {
                 self.executor.give_turn(id);
                 return self.after(id, step);
@@ -203,7 +213,8 @@ impl Robot {
     ) -> Step {
         if let Some(mut handler) = task.take_handler(stopping) {
             if !(stopping && self.end_step(&mut handler)) {
-                let step = self.carry(ports, &mut handler, single);
+                let outside = task.machine().depth();
+                let step = self.carry(ports, &mut handler, single, outside);
                 if matches!(step, Step::Ended) {
                     return task.end_handler(&handler);
                 }
@@ -215,7 +226,7 @@ impl Robot {
             return step;
         }
         // Monitors are looked at between statements, so one statement at a time.
-        self.carry(ports, task, single || task.machine().has_monitors())
+        self.carry(ports, task, single || task.machine().has_monitors(), 0)
     }
 
     /// ON ... DO: looks at the monitors of a task, between its statements, when something changes, and once a scan
@@ -249,8 +260,9 @@ impl Robot {
         task.end_step(self.executor.memory_mut(), wait, paused)
     }
 
-    /// Ends the wait of the task if it has expired, or executes its next statements.
-    fn carry(&mut self, ports: &dyn PortFacts, task: &mut Task, single: bool) -> Step {
+    /// Ends the wait of the task if it has expired, or executes its next statements. The action of a monitor interrupts as
+    /// many calls as there are `outside`.
+    fn carry(&mut self, ports: &dyn PortFacts, task: &mut Task, single: bool, outside: usize) -> Step {
         let now = self.context.now;
         let waits = match *task.state() {
             TaskState::Ready | TaskState::Watching { .. } | TaskState::Reading { .. } => false,
@@ -285,6 +297,9 @@ impl Robot {
         if self.executor.stops_before(task) {
             return Step::Stopped;
         }
+        if self.inspect(task, outside) {
+            return Step::Blocked;
+        }
         if self.context.outputs.is_traced() && task.begins_statement() {
             let (line, task) = (task.line(), task.id());
             let seen = self
@@ -306,6 +321,25 @@ impl Robot {
             Pause::Fault(fault) => task.fail(&fault),
             Pause::Request(request) => self.serve(ports, task, request),
         }
+    }
+
+    /// Lets the inspection, if there is one, look at the statement that a task begins; true if the program halts before it.
+    fn inspect(&mut self, task: &mut Task, outside: usize) -> bool {
+        let Some(mut inspection) = self.executor.inspection_mut().take() else {
+            return false;
+        };
+        let mut halts = false;
+        if task.id() >= MAIN_TASK && task.begins_statement() {
+            for assignment in inspection.due() {
+                // It was tried when it was made.
+                let _ = self.assign_between(task, outside, &assignment);
+            }
+            let file = String::from(self.executor.file());
+            let (inputs, memory) = self.inputs_and_memory(self.context.now);
+            halts = inspection.begins(&file, task.machine(), outside, memory, &inputs);
+        }
+        *self.executor.inspection_mut() = Some(inspection);
+        halts
     }
 
     /// Inputs of a program at `now`, and the data with which it runs; coordinate systems and TIMER are the executor's.

@@ -1,0 +1,395 @@
+//! A look at a program between two of its statements, for a debugger that holds time instead of stopping the robot.
+//!
+//! An inspection counts the statements that begin and looks at each of them. At the place it was made for the controller halts:
+//! no statement begins any more, nothing is due, and every part is as it was then. A halted controller can only be read; the
+//! run continues in a copy from before, with an inspection for a later place. So a run that was inspected is byte for byte the
+//! run that was not.
+//!
+//! Stops of the robot at a line are in `executor::breakpoints`; both ask [`Breakpoint`] whether it counts.
+
+use crate::listed::listed;
+use crate::prelude::*;
+use core::fmt;
+use core::str::FromStr;
+use scol_mini::{Arm, Inputs, Machine, Memory, ProbeError, Value};
+
+/// Most statements that one inspection lists.
+pub const MAX_LISTED: usize = 1_000_000;
+
+/// Which of its hits a breakpoint stops at.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum HitRule {
+    /// This hit alone, from 1.
+    Exactly(u32),
+    /// This hit and all after it.
+    From(u32),
+    /// Each hit whose number is a multiple.
+    Every(u32),
+}
+
+/// A text that cannot be read as a rule for hits.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[error("expected a number of hits such as `3`, `>=3`, `>3` or `%3`, found `{0}`")]
+pub struct HitRuleError(String);
+
+impl FromStr for HitRule {
+    type Err = HitRuleError;
+
+    fn from_str(text: &str) -> Result<HitRule, HitRuleError> {
+        let text = text.trim();
+        let number = |rest: &str| rest.trim().parse::<u32>().ok().filter(|count| *count > 0);
+        let found = if let Some(rest) = text.strip_prefix(">=") {
+            number(rest).map(HitRule::From)
+        } else if let Some(rest) = text.strip_prefix('>') {
+            number(rest)
+                .and_then(|count| count.checked_add(1))
+                .map(HitRule::From)
+        } else if let Some(rest) = text.strip_prefix('%') {
+            number(rest).map(HitRule::Every)
+        } else {
+            let rest = text.strip_prefix("==").or(text.strip_prefix('=')).unwrap_or(text);
+            number(rest).map(HitRule::Exactly)
+        };
+        found.ok_or_else(|| HitRuleError(text.chars().take(40).collect()))
+    }
+}
+
+impl fmt::Display for HitRule {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            HitRule::Exactly(count) => write!(f, "{count}"),
+            HitRule::From(count) => write!(f, ">={count}"),
+            HitRule::Every(count) => write!(f, "%{count}"),
+        }
+    }
+}
+
+impl HitRule {
+    fn holds(self, hit: u32) -> bool {
+        match self {
+            HitRule::Exactly(count) => hit == count,
+            HitRule::From(count) => hit >= count,
+            HitRule::Every(count) => hit.is_multiple_of(count),
+        }
+    }
+}
+
+/// A line before which a program stops, or says something.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Breakpoint {
+    /// Line of the selected file, from 1, with a statement.
+    pub line: u32,
+    /// An expression that has to be true.
+    pub condition: Option<String>,
+    /// Which hits count, of those for which the condition is true.
+    pub hits: Option<HitRule>,
+    /// A text that is said instead of a stop; an expression in braces becomes its value.
+    pub message: Option<String>,
+    /// Hits so far.
+    pub hit: u32,
+}
+
+/// Result of a breakpoint whose line begins.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum Reached {
+    /// Not this time.
+    No,
+    Stop,
+    /// It says this and does not stop.
+    Says(String),
+    /// Its condition has no value: it stops, and says why.
+    Fault(String),
+}
+
+impl Breakpoint {
+    /// A breakpoint without conditions.
+    pub fn at(line: u32) -> Breakpoint {
+        Breakpoint {
+            line,
+            condition: None,
+            hits: None,
+            message: None,
+            hit: 0,
+        }
+    }
+
+    /// Counts a hit of a statement that is about to begin, if the condition is true.
+    pub(crate) fn reach(&mut self, machine: &Machine, memory: &mut Memory, inputs: &dyn Inputs) -> Reached {
+        let call = machine.depth().saturating_sub(1);
+        if let Some(condition) = &self.condition {
+            match machine
+                .value(call, condition, memory, inputs)
+                .map(|value| is_true(&value))
+            {
+                Ok(Some(true)) => {}
+                Ok(Some(false)) => return Reached::No,
+                Ok(None) => return Reached::Fault(format!("the condition `{condition}` is not a number")),
+                Err(error) => {
+                    return Reached::Fault(format!("the condition `{condition}` has no value: {error}"));
+                }
+            }
+        }
+        self.hit = self.hit.saturating_add(1);
+        if self.hits.is_some_and(|rule| !rule.holds(self.hit)) {
+            return Reached::No;
+        }
+        match &self.message {
+            None => Reached::Stop,
+            Some(message) => {
+                let value = |text: &str| match machine.value(call, text, memory, inputs) {
+                    Ok(value) => words(&value, machine.arm()),
+                    Err(error) => format!("{{{text}: {error}}}"),
+                };
+                Reached::Says(filled(message, value))
+            }
+        }
+    }
+}
+
+/// Whether a number counts as true; `None` of other values.
+fn is_true(value: &Value) -> Option<bool> {
+    match value {
+        Value::Integer(number) => Some(*number != 0),
+        Value::Real(number) => Some(*number != 0.0),
+        Value::Load(_) | Value::Coordinate(_) | Value::Position(_) => None,
+    }
+}
+
+/// A value as a program would write it, near enough to be read.
+fn words(value: &Value, arm: Arm) -> String {
+    let numbers = listed(value, arm);
+    let words: Vec<String> = numbers.iter().map(ToString::to_string).collect();
+    words.join(", ")
+}
+
+/// The text with each expression in braces replaced; a brace that is not closed stays.
+fn filled(text: &str, mut value: impl FnMut(&str) -> String) -> String {
+    let mut out = String::new();
+    let mut rest = text;
+    while let Some((before, after)) = rest.split_once('{') {
+        out.push_str(before);
+        let Some((expression, left)) = after.split_once('}') else {
+            out.push('{');
+            out.push_str(after);
+            return out;
+        };
+        out.push_str(&value(expression));
+        rest = left;
+    }
+    out.push_str(rest);
+    out
+}
+
+/// The statement of a task at which a step ends. Calls are counted outermost first, the program of the task is 1.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Target {
+    /// The next one of the task.
+    Into { task: u16 },
+    /// The next one that is in this call, or in one outside it.
+    Over { task: u16, depth: usize },
+    /// The next one after a motion statement, or after the end of its program.
+    Motion { task: u16 },
+    /// The one with this number.
+    Statement(u64),
+}
+
+/// A statement that begins.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Begun {
+    /// How many began before it.
+    pub number: u64,
+    pub task: u16,
+    pub line: u32,
+    /// Number of open calls of its task, those of a monitor's action among them.
+    pub depth: usize,
+    /// A breakpoint stops at it.
+    pub is_stop: bool,
+}
+
+/// A value that somebody gives a variable of a halted program: `text` is an assignment.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Assignment {
+    pub task: u16,
+    /// The call that sees the variable, as an index from the outermost.
+    pub call: usize,
+    pub text: String,
+}
+
+impl Assignment {
+    /// The variable, as the text names it.
+    pub fn target(&self) -> String {
+        String::from(self.text.split('=').next().unwrap_or_default().trim())
+    }
+}
+
+/// Why it halted.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum HaltReason {
+    /// The line of these breakpoints, by their indices.
+    Breakpoints(Vec<usize>),
+    /// The condition of this breakpoint has no value.
+    Fault {
+        breakpoint: usize,
+        reason: String,
+    },
+    Target,
+}
+
+/// A halt before a statement.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Halt {
+    pub statement: Begun,
+    pub reason: HaltReason,
+}
+
+/// What is looked for, and what was found.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Inspection {
+    /// Number of the next statement.
+    pub next: u64,
+    /// Number of the first statement at which it may halt.
+    pub first: u64,
+    /// Of this file; they do not count while another one is selected.
+    pub breakpoints: Vec<Breakpoint>,
+    pub file: String,
+    pub target: Option<Target>,
+    /// Values that variables are given, each before the statement of this number.
+    pub assignments: Vec<(u64, Assignment)>,
+    /// The statements that have begun, where they are asked for.
+    pub listed: Option<Vec<Begun>>,
+    /// Texts of breakpoints, each with the line of its own.
+    pub said: Vec<(u32, String)>,
+    pub halt: Option<Halt>,
+    /// Tasks that have executed a motion statement since `first`.
+    pub moved: Vec<u16>,
+}
+
+impl Inspection {
+    /// The assignments before the statement that is next.
+    pub(crate) fn due(&self) -> Vec<Assignment> {
+        let due = self.assignments.iter().filter(|(number, _)| *number == self.next);
+        due.map(|(_, assignment)| assignment.clone()).collect()
+    }
+
+    /// Looks at the statement that a task begins; true if the controller halts before it. `outside` calls belong to the
+    /// program which the action of a monitor interrupts.
+    pub(crate) fn begins(
+        &mut self,
+        file: &str,
+        machine: &Machine,
+        outside: usize,
+        memory: &mut Memory,
+        inputs: &dyn Inputs,
+    ) -> bool {
+        let statement = Begun {
+            number: self.next,
+            task: machine.task_id(),
+            line: machine.line(),
+            depth: outside + machine.depth(),
+            is_stop: false,
+        };
+        let is_selected = self.file == file;
+        let reason = self.look(is_selected, statement, machine, memory, inputs);
+        if let Some(reason) = reason {
+            self.halt = Some(Halt { statement, reason });
+            return true;
+        }
+        if statement.number + 1 >= self.first && machine.begins_motion() {
+            self.moved.push(statement.task);
+        }
+        self.next += 1;
+        false
+    }
+
+    /// Why it halts before a statement, if it does.
+    fn look(
+        &mut self,
+        is_selected: bool,
+        mut statement: Begun,
+        machine: &Machine,
+        memory: &mut Memory,
+        inputs: &dyn Inputs,
+    ) -> Option<HaltReason> {
+        if statement.number < self.first {
+            return None;
+        }
+        let mut stops = Vec::new();
+        let mut fault = None;
+        for (index, breakpoint) in self.breakpoints.iter_mut().enumerate() {
+            if !is_selected || breakpoint.line != statement.line {
+                continue;
+            }
+            match breakpoint.reach(machine, memory, inputs) {
+                Reached::No => {}
+                Reached::Stop => stops.push(index),
+                Reached::Says(text) => self.said.push((statement.line, text)),
+                Reached::Fault(reason) => {
+                    fault.get_or_insert(HaltReason::Fault {
+                        breakpoint: index,
+                        reason,
+                    });
+                }
+            }
+        }
+        statement.is_stop = !stops.is_empty() || fault.is_some();
+        if let Some(listed) = self.listed.as_mut().filter(|listed| listed.len() < MAX_LISTED) {
+            listed.push(statement);
+            // A list is of a run that goes on to its target.
+            return (self.target == Some(Target::Statement(statement.number))).then_some(HaltReason::Target);
+        }
+        let reached = match self.target {
+            None => false,
+            Some(Target::Into { task }) => statement.task == task,
+            Some(Target::Over { task, depth }) => statement.task == task && statement.depth <= depth,
+            Some(Target::Motion { task }) => statement.task == task && self.moved.contains(&task),
+            Some(Target::Statement(number)) => statement.number >= number,
+        };
+        if !stops.is_empty() {
+            return Some(HaltReason::Breakpoints(stops));
+        }
+        fault.or(reached.then_some(HaltReason::Target))
+    }
+}
+
+/// Why something that was asked of a program has no answer.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum InspectError {
+    #[error("no file is selected")]
+    NoFile,
+    #[error("task {0} does not run")]
+    NoTask(u16),
+    /// See [`ProbeError`].
+    #[error(transparent)]
+    Probe(#[from] ProbeError),
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn rules_for_hits_read_as_editors_write_them() {
+        for (text, rule, met) in [
+            ("3", HitRule::Exactly(3), [3].as_slice()),
+            ("= 3", HitRule::Exactly(3), &[3]),
+            (">=4", HitRule::From(4), &[4, 5, 6]),
+            ("> 4", HitRule::From(5), &[5, 6]),
+            ("%2", HitRule::Every(2), &[2, 4, 6]),
+        ] {
+            let found: HitRule = text.parse().unwrap();
+            assert_eq!(found, rule, "{text}");
+            let hits: Vec<u32> = (1..=6).filter(|hit| found.holds(*hit)).collect();
+            assert_eq!(hits, met, "{text}");
+            assert_eq!(found.to_string().parse(), Ok(found));
+        }
+        for text in ["", "0", "x", "%0", ">= -1"] {
+            assert!(text.parse::<HitRule>().is_err(), "{text}");
+        }
+    }
+
+    #[test]
+    fn expressions_in_a_message_become_their_values() {
+        let said = filled("part {N} of {TOTAL}, {open", str::to_lowercase);
+        assert_eq!(said, "part n of total, {open");
+    }
+}
