@@ -5,6 +5,7 @@ use crate::answers::{Answer, AnswerSplitter};
 use crate::transcript::{EndReason, LinkRecord, PeerId, RecordKind, Recording};
 use std::collections::{BTreeMap, BTreeSet, VecDeque};
 use ts3100_controller::findings::Finding;
+use ts3100_controller::inspection::Inspection;
 use ts3100_controller::output::DisconnectMode;
 use ts3100_controller::{
     Action, Bytes, Controller, Event, Input, Output, PanelAction, PersistError, Port, Time, Watched,
@@ -139,6 +140,16 @@ impl Player {
             controller.trace(true);
             controller.watch(watched.cloned());
         }
+    }
+
+    /// Looks at every statement from now on.
+    pub(crate) fn inspect(&mut self, inspection: Inspection) {
+        self.seat.controller.inspect(inspection);
+    }
+
+    /// Takes what has looked at the statements.
+    pub(crate) fn take_inspection(&mut self) -> Option<Inspection> {
+        self.seat.controller.take_inspection()
     }
 
     /// Keeps the bytes that are sent from now on, until they are taken.
@@ -280,7 +291,7 @@ impl Player {
             waiting.until = next.now() + waiting.until.since(self.lines.now);
         }
         self.lines.now = next.now();
-        self.seat.controller = next;
+        self.seat.replace(next);
         self.feed(Input::Tick);
     }
 

@@ -10,6 +10,7 @@ use crate::player::{Candidate, Player, Sent};
 use crate::transcript::{PeerId, RecordKind, Recording};
 use std::fmt;
 use std::sync::Arc;
+use ts3100_controller::inspection::Inspection;
 use ts3100_controller::{Bytes, Controller, Time, Watched};
 use ts3100_driver::seat::Subscriber;
 use ts3100_proto::escape::Escaped;
@@ -60,6 +61,16 @@ impl Playback {
     /// Tells the subscribers every statement from now on, with the value of what is watched.
     pub fn watch(&mut self, watched: Option<&Watched>) {
         self.player.watch(watched);
+    }
+
+    /// Looks at every statement from now on; a run that an inspection has halted is for looking only.
+    pub fn inspect(&mut self, inspection: Inspection) {
+        self.player.inspect(inspection);
+    }
+
+    /// Takes what has looked at the statements.
+    pub fn take_inspection(&mut self) -> Option<Inspection> {
+        self.player.take_inspection()
     }
 
     /// The controller as it is now.
@@ -117,29 +128,29 @@ pub enum Step {
 }
 
 /// Copies of a run on its way.
-pub struct Keyframes {
-    /// In order, the first at the start.
-    frames: Vec<Playback>,
+pub struct Keyframes<R> {
+    /// In order, the first at the start, each with the number of steps before it.
+    frames: Vec<(u64, R)>,
     /// Steps between two of them.
     interval: u64,
 }
 
-impl Keyframes {
+impl<R: Clone> Keyframes<R> {
     /// The start of a run alone.
-    pub fn new(start: Playback) -> Keyframes {
+    pub fn new(start: R) -> Keyframes<R> {
         Keyframes {
-            frames: vec![start],
+            frames: vec![(0, start)],
             interval: KEYFRAME_STEPS,
         }
     }
 
-    /// Keeps a copy of a run that has come so far, if it is time for one.
-    pub fn note(&mut self, run: &Playback) {
-        let last = self.frames.last().map_or(0, Playback::steps);
-        if run.steps() < last + self.interval {
+    /// Keeps a copy of a run that has taken this number of steps, if it is time for one.
+    pub fn note(&mut self, steps: u64, run: &R) {
+        let last = self.frames.last().map_or(0, |(steps, _)| *steps);
+        if steps < last + self.interval {
             return;
         }
-        self.frames.push(run.clone());
+        self.frames.push((steps, run.clone()));
         if self.frames.len() > MAX_KEYFRAMES {
             let mut place = 0;
             self.frames.retain(|_| {
@@ -150,15 +161,29 @@ impl Keyframes {
         }
     }
 
-    /// The last copy that is not after a moment: from there it is played.
-    pub fn near(&self, moment: Moment) -> Option<Playback> {
-        let after = self.frames.partition_point(|frame| frame.moment() <= moment);
-        self.frames.get(after.checked_sub(1)?).cloned()
+    /// The last copy for which this holds, as it does for all before it, with its steps.
+    pub fn last(&self, holds: impl Fn(&R) -> bool) -> Option<(u64, &R)> {
+        let after = self.frames.partition_point(|(_, frame)| holds(frame));
+        let (steps, frame) = self.frames.get(after.checked_sub(1)?)?;
+        Some((*steps, frame))
+    }
+
+    /// Forgets the copies after this number of steps: the run continues another way.
+    pub fn forget_after(&mut self, steps: u64) {
+        self.frames.retain(|(of, _)| *of <= steps);
     }
 
     /// Steps between two copies: a moment takes no more, as far as the run has been noted.
     pub fn interval(&self) -> u64 {
         self.interval
+    }
+}
+
+impl Keyframes<Playback> {
+    /// The last copy that is not after a moment: from there it is played.
+    pub fn near(&self, moment: Moment) -> Option<Playback> {
+        self.last(|frame| frame.moment() <= moment)
+            .map(|(_, frame)| frame.clone())
     }
 }
 

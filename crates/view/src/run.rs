@@ -48,7 +48,7 @@ pub struct Entry {
 /// Where a moment comes from.
 enum Source {
     /// The recording is played to an emulator.
-    Emulator(Keyframes),
+    Emulator(Keyframes<Playback>),
     /// A real robot was recorded.
     Robot(Box<Observed>),
 }
@@ -512,7 +512,7 @@ impl Opening {
             };
             self.note(&mut opened, Some(step));
             if let Source::Emulator(keyframes) = &mut opened.source {
-                keyframes.note(&self.playback);
+                keyframes.note(self.playback.steps(), &self.playback);
             }
         }
         !opened.complete
