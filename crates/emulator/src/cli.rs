@@ -9,6 +9,7 @@ mod config;
 mod controls;
 mod coverage;
 mod ctl;
+mod dap;
 mod diff;
 mod docs;
 mod ending;
@@ -65,6 +66,7 @@ enum Command {
     Check(check::CheckArgs),
     Fmt(format::FormatArgs),
     Lsp(lsp::LspArgs),
+    Dap(dap::DapArgs),
     Run(run::RunArgs),
     Faults(faults::FaultsArgs),
     Tap(tap::TapArgs),
@@ -136,6 +138,7 @@ fn run(command: Command) -> ExitCode {
         Command::Check(args) => check::run(args),
         Command::Fmt(args) => format::run(&args),
         Command::Lsp(args) => lsp::run(&args),
+        Command::Dap(args) => dap::run(&args),
         Command::Run(args) => run::run(args),
         Command::Faults(args) => faults::run(&args),
         Command::Tap(args) => tap::run(&args),

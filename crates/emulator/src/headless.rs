@@ -196,8 +196,8 @@ pub fn run_until(
             return Err(RunError::Interrupted);
         }
         let ending = run.step();
-        for (at, happening) in run.take_happenings() {
-            listen(at, happening.event());
+        for (at, event) in run.take_events() {
+            listen(at, event.shown());
         }
         if let Some(ending) = ending? {
             break ending;
@@ -213,21 +213,21 @@ fn wall_time(passed: Duration, scale: f64) -> Duration {
 
 /// What a program has done, as [`RunEvent`] tells it.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub(crate) enum Happening {
+pub(crate) enum KeptEvent {
     Printed { channel: &'static str, bytes: Bytes },
     Statement { line: u32, task: u16 },
     Refused { reason: String },
 }
 
-impl Happening {
-    pub(crate) fn event(&self) -> RunEvent<'_> {
+impl KeptEvent {
+    pub(crate) fn shown(&self) -> RunEvent<'_> {
         match self {
-            Happening::Printed { channel, bytes } => RunEvent::Printed { channel, bytes },
-            Happening::Statement { line, task } => RunEvent::Statement {
+            KeptEvent::Printed { channel, bytes } => RunEvent::Printed { channel, bytes },
+            KeptEvent::Statement { line, task } => RunEvent::Statement {
                 line: *line,
                 task: *task,
             },
-            Happening::Refused { reason } => RunEvent::Refused { reason },
+            KeptEvent::Refused { reason } => RunEvent::Refused { reason },
         }
     }
 }
@@ -236,7 +236,7 @@ impl Happening {
 #[derive(Clone)]
 struct Outcome {
     /// Since they were taken last, with the time since the start.
-    happenings: Vec<(Duration, Happening)>,
+    events: Vec<(Duration, KeptEvent)>,
     started_at: Time,
     /// Statements are reported.
     trace: bool,
@@ -256,18 +256,18 @@ impl Effects for Outcome {
     fn perform(&mut self, _at: Time, output: Output, controller: &Controller) -> Vec<Input> {
         self.executed.record(&output);
         let at = controller.now().since(self.started_at);
-        let mut add = |happening| self.happenings.push((at, happening));
+        let mut add = |event| self.events.push((at, event));
         match output {
             Output::Send { port, bytes } if CHANNELS.contains(&port) => {
                 let channel = port.name();
-                add(Happening::Printed { channel, bytes });
+                add(KeptEvent::Printed { channel, bytes });
             }
-            Output::Pendant(text) => add(Happening::Printed {
+            Output::Pendant(text) => add(KeptEvent::Printed {
                 channel: PENDANT,
                 bytes: text.into(),
             }),
             Output::Event(Event::Statement { line, task, .. }) if self.trace => {
-                add(Happening::Statement { line, task });
+                add(KeptEvent::Statement { line, task });
             }
             Output::Event(Event::Alarm { number, text }) => self.alarm = Some((number, text)),
             Output::Event(Event::Status { status, .. }) => {
@@ -284,12 +284,12 @@ impl Effects for Outcome {
                 if self.starting {
                     self.refusal = Some(reason);
                 } else {
-                    add(Happening::Refused { reason });
+                    add(KeptEvent::Refused { reason });
                 }
             }
             Output::Event(Event::ActionRefused(error)) => {
                 let reason = error.to_string();
-                add(Happening::Refused { reason });
+                add(KeptEvent::Refused { reason });
             }
             Output::Event(_)
             | Output::Send { .. }
@@ -315,6 +315,8 @@ pub(crate) struct HeadlessRun {
     outcome: Outcome,
     /// START has been pressed.
     started: bool,
+    /// Something was changed from outside.
+    is_woken: bool,
     /// Longest run, in virtual time.
     limit: Duration,
 }
@@ -331,6 +333,7 @@ impl Clone for HeadlessRun {
             channels_with_records: self.channels_with_records.clone(),
             outcome: self.outcome.clone(),
             started: self.started,
+            is_woken: self.is_woken,
             limit: self.limit,
         }
     }
@@ -351,7 +354,7 @@ impl HeadlessRun {
             records: job.records,
             play: job.scenario.map(Play::new),
             outcome: Outcome {
-                happenings: Vec::new(),
+                events: Vec::new(),
                 started_at: Time::ZERO,
                 trace: job.trace,
                 alarm: None,
@@ -362,6 +365,7 @@ impl HeadlessRun {
                 executed: StatementCoverage::default(),
             },
             started: false,
+            is_woken: false,
             limit: job.max_time,
         };
         run.prepare(&job.name, &job.source, &job.lines_on)?;
@@ -402,6 +406,10 @@ impl HeadlessRun {
         if let Some(ending) = self.end() {
             return Ok(Some(ending));
         }
+        if std::mem::take(&mut self.is_woken) {
+            self.feed(self.seat.controller.now(), Input::Tick);
+            return Ok(self.end());
+        }
         if self.give_record() {
             return Ok(self.end());
         }
@@ -418,9 +426,29 @@ impl HeadlessRun {
         Ok(self.end())
     }
 
+    /// Virtual time since START.
+    pub(crate) fn passed(&self) -> Duration {
+        self.seat.controller.now().since(self.outcome.started_at)
+    }
+
+    /// The controller as it is now.
+    pub(crate) fn controller(&self) -> &Controller {
+        &self.seat.controller
+    }
+
+    /// The controller, to inspect or assign; its time passes by [`HeadlessRun::step`] alone.
+    pub(crate) fn controller_mut(&mut self) -> &mut Controller {
+        &mut self.seat.controller
+    }
+
+    /// What was changed from outside counts from the next step on, at the present time.
+    pub(crate) fn wake(&mut self) {
+        self.is_woken = true;
+    }
+
     /// What has happened since the last call.
-    pub(crate) fn take_happenings(&mut self) -> Vec<(Duration, Happening)> {
-        std::mem::take(&mut self.outcome.happenings)
+    pub(crate) fn take_events(&mut self) -> Vec<(Duration, KeptEvent)> {
+        std::mem::take(&mut self.outcome.events)
     }
 
     /// Does everything before START: file, peers, input lines, servo power.

@@ -7,6 +7,7 @@
 // A new variant of an enum of ours is met at every place that tells them apart.
 #![cfg_attr(not(test), warn(clippy::wildcard_enum_match_arm))]
 
+pub mod dap;
 pub mod framing;
 pub mod lsp;
 pub mod rpc;

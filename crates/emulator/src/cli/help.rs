@@ -115,6 +115,7 @@ const EVERYDAY: &[Everyday] = &[
     },
     whole("fmt", "ts3100 fmt *.scol\nts3100 fmt --diff programs"),
     whole("lsp", "ts3100 lsp"),
+    whole("dap", "ts3100 dap"),
     Everyday {
         name: "run",
         shown: &[

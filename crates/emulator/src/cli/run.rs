@@ -3,7 +3,7 @@
 //! Here the flags and files are read and the exit code is chosen. The run is [`crate::headless`]; its output is
 //! [`show`].
 
-mod show;
+pub(super) mod show;
 
 use super::check::CheckedFile;
 use super::exit::{NEGATIVE, UNUSABLE};
@@ -26,6 +26,7 @@ use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 use std::time::Duration;
 use ts3100_control::printable::printable;
+use ts3100_controller::Config;
 use ts3100_controller::signals::{LINE_NUMBERS, Signals};
 use ts3100_driver::clock::TimeMode;
 use ts3100_driver::pc_file::{drive_content, drive_name};
@@ -50,7 +51,7 @@ pub(super) const CHANNELS: [&str; 4] = ["TP", "COM1", "IP1", "IP2"];
 pub(super) struct RunArgs {
     /// The program; - is stdin
     #[arg(value_name = "FILE")]
-    file: PathBuf,
+    pub(super) file: PathBuf,
     /// Records for INPUT of a channel (tp, com1, ip1, ip2), one per line; - is stdin (repeatable)
     #[arg(long, value_name = "CHANNEL=FILE")]
     input: Vec<String>,
@@ -149,12 +150,7 @@ fn run_once(args: &RunArgs, outdated: &AtomicBool) -> anyhow::Result<u8> {
     if args.set.iter().any(|pair| pair == "help") {
         return list_options().map(|()| 0);
     }
-    let words = args.model.iter().map(|model| format!("--model={model}"));
-    let words = words.chain(args.set.iter().map(|pair| format!("--set={pair}")));
-    let mut served = ServeFlags::try_parse_from(std::iter::once("ts3100 run".to_owned()).chain(words))
-        .map_err(|error| anyhow!("{}", reason(&error)))?;
-    served.args.files.points = args.table();
-    let config = Settings::from_args(&served.args)?.controller;
+    let config = config(args)?;
     let checked = CheckedFile::check(&args.file, &config);
     let (source, remarks) = checked
         .result
@@ -167,22 +163,7 @@ fn run_once(args: &RunArgs, outdated: &AtomicBool) -> anyhow::Result<u8> {
         }
         return Ok(UNUSABLE);
     }
-    if let Some(line) = args.din.iter().find(|line| !Signals::exists(**line)) {
-        bail!("--din {line}: expected input lines, {LINE_NUMBERS}");
-    }
-    let name = drive_name(&args.file).unwrap_or_else(|_| "MAIN".to_owned());
-    let job = RunRequest {
-        scenario: scenario(args, &name)?,
-        name,
-        source: drive_content(source.as_bytes(), config.options.line_end),
-        records: read_records(&args.input, is_stdin(&args.file))?,
-        lines_on: args.din.clone(),
-        trace: args.trace,
-        record_lines: args.lcov.is_some(),
-        time: args.time,
-        max_time: args.max_time,
-        config: config.clone(),
-    };
+    let job = request(args, &source, &config)?;
     let mut screen = show::RunPrinter::new(&source, show::Style::new(args.json, args.watch));
     let report = match headless::run_until(outdated, job, &mut |at, event| screen.show(at, event)) {
         Err(RunError::Interrupted) => return Ok(NEGATIVE),
@@ -197,11 +178,48 @@ fn run_once(args: &RunArgs, outdated: &AtomicBool) -> anyhow::Result<u8> {
         lcov::write(path, &report.executed, &config, std::slice::from_ref(&args.file))?;
     }
     let failed = report.scenario.is_some_and(|outcome| outcome.has_failed());
-    Ok(match report.end {
-        RunEnd::OutOfInput { .. } | RunEnd::NoInput { .. } if !args.input_optional => NEGATIVE,
+    Ok(match exit_code(&report.end, args.input_optional) {
+        0 if failed => NEGATIVE,
+        code => code,
+    })
+}
+
+/// The exit code of a run that has ended like this.
+pub(super) fn exit_code(end: &RunEnd, input_optional: bool) -> u8 {
+    match end {
+        RunEnd::OutOfInput { .. } | RunEnd::NoInput { .. } if !input_optional => NEGATIVE,
         RunEnd::Alarm { .. } | RunEnd::Blocked { .. } | RunEnd::TimeUp { .. } | RunEnd::PowerOff => NEGATIVE,
-        _ if failed => NEGATIVE,
         RunEnd::End | RunEnd::Stopped { .. } | RunEnd::OutOfInput { .. } | RunEnd::NoInput { .. } => 0,
+    }
+}
+
+/// The controller that runs the program.
+pub(super) fn config(args: &RunArgs) -> anyhow::Result<Config> {
+    let words = args.model.iter().map(|model| format!("--model={model}"));
+    let words = words.chain(args.set.iter().map(|pair| format!("--set={pair}")));
+    let mut served = ServeFlags::try_parse_from(std::iter::once("ts3100 run".to_owned()).chain(words))
+        .map_err(|error| anyhow!("{}", reason(&error)))?;
+    served.args.files.points = args.table();
+    Ok(Settings::from_args(&served.args)?.controller)
+}
+
+/// The run of a program without errors.
+pub(super) fn request(args: &RunArgs, source: &str, config: &Config) -> anyhow::Result<RunRequest> {
+    if let Some(line) = args.din.iter().find(|line| !Signals::exists(**line)) {
+        bail!("--din {line}: expected input lines, {LINE_NUMBERS}");
+    }
+    let name = drive_name(&args.file).unwrap_or_else(|_| "MAIN".to_owned());
+    Ok(RunRequest {
+        scenario: scenario(args, &name)?,
+        name,
+        source: drive_content(source.as_bytes(), config.options.line_end),
+        records: read_records(&args.input, is_stdin(&args.file))?,
+        lines_on: args.din.clone(),
+        trace: args.trace,
+        record_lines: args.lcov.is_some(),
+        time: args.time,
+        max_time: args.max_time,
+        config: config.clone(),
     })
 }
 
@@ -240,7 +258,7 @@ fn scenario(args: &RunArgs, name: &str) -> anyhow::Result<Option<Scenario>> {
 }
 
 /// What is wrong with a flag, without the usage of another command.
-fn reason(error: &clap::Error) -> String {
+pub(super) fn reason(error: &clap::Error) -> String {
     let text = error.to_string();
     let first = text.split("\n\n").next().unwrap_or_default();
     first.trim_start_matches("error: ").to_owned()

@@ -267,7 +267,7 @@ fn configuration(report: &RunReport) -> String {
 }
 
 /// A word for programs and a sentence for people.
-fn describe_end(ending: &RunEnd) -> (&'static str, String) {
+pub(in super::super) fn describe_end(ending: &RunEnd) -> (&'static str, String) {
     match ending {
         RunEnd::End => ("end", "ended".to_owned()),
         RunEnd::Stopped { line } => ("stopped", format!("stopped, line {line} is next")),

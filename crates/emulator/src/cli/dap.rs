@@ -1,0 +1,289 @@
+//! `ts3100 dap`: the debugger of SCOL on stdin and stdout.
+//!
+//! The server is `ts3100-workbench`'s. Here messages are read by a thread, the program continues between two of them, and what is
+//! debugged is made: a run without sockets, or a recording. A running emulator is in `attached`.
+
+use super::check::CheckedFile;
+use super::exit::{NEGATIVE, UNUSABLE};
+use super::run::{self, RunArgs, show};
+use crate::headless::{HeadlessRun, KeptEvent, RunEnd};
+use crate::log::print_error;
+use crate::recorded;
+use anyhow::{Context, anyhow, bail};
+use clap::{Args, FromArgMatches};
+use scol_mini::Severity;
+use std::ffi::OsString;
+use std::io::{self, BufReader};
+use std::path::{Path, PathBuf, absolute};
+use std::sync::Arc;
+use std::sync::mpsc::{Receiver, RecvTimeoutError, sync_channel};
+use std::thread;
+use ts3100_controller::Controller;
+use ts3100_controller::inspection::{Assignment, Inspection};
+use ts3100_driver::pc_file::drive_name;
+use ts3100_recording::replay::Playback;
+use ts3100_recording::transcript::Recording;
+use ts3100_workbench::dap::{
+    AttachArguments, Course, Debuggee, Ending, LaunchArguments, Launched, Launcher, Refusal, Said, Server,
+    Timeline,
+};
+use ts3100_workbench::framing::{self, FramingError};
+
+/// Messages that are read ahead; an editor that sends more waits.
+const AHEAD: usize = 256;
+
+/// Serve the debugger of SCOL to an editor (Debug Adapter Protocol over stdin and stdout).
+///
+/// Configure your editor to start `ts3100 dap`, or use the extension for VS Code. It runs a program in virtual time, opens a
+/// recording, or attaches to a running emulator; it stops at breakpoints, shows tasks, calls, variables, lines and channels, and
+/// steps forward and back. docs: how-to/debug-scol
+///
+/// Exit codes: 0 the editor ended the conversation; 1 it left without a word; 2 wrong usage, or it sends something else.
+#[derive(Debug, Args)]
+pub(super) struct DapArgs {}
+
+/// Serves until the editor disconnects or closes the stream.
+pub(super) fn run(_: &DapArgs) -> anyhow::Result<u8> {
+    let (sender, messages) = sync_channel(AHEAD);
+    // It ends with the process, since a read of stdin cannot be given up.
+    thread::Builder::new().name("stdin".to_owned()).spawn(move || {
+        let mut stdin = BufReader::new(io::stdin());
+        loop {
+            let message = framing::read(&mut stdin);
+            let is_last = !matches!(message, Ok(Some(_)));
+            if sender.send(message).is_err() || is_last {
+                return;
+            }
+        }
+    })?;
+    Ok(serve(&mut Server::new(Programs), &messages))
+}
+
+fn serve(
+    server: &mut Server<impl Launcher>,
+    messages: &Receiver<Result<Option<Vec<u8>>, FramingError>>,
+) -> u8 {
+    loop {
+        let message = if server.is_running() {
+            messages
+                .recv_timeout(server.patience())
+                .map_err(|error| error == RecvTimeoutError::Timeout)
+        } else {
+            messages.recv().map_err(|_| false)
+        };
+        let (answers, end) = match message {
+            Ok(Ok(Some(message))) => (server.receive(&message), None),
+            Ok(Ok(None)) | Err(false) => (server.abandoned(), Some(NEGATIVE)),
+            Ok(Err(error)) => {
+                print_error(format_args!("{:#}", anyhow::Error::new(error)));
+                (server.abandoned(), Some(UNUSABLE))
+            }
+            Err(true) => (server.work(), None),
+        };
+        let mut stdout = io::stdout().lock();
+        for answer in answers {
+            // An editor that has gone takes no answer.
+            if framing::write(&mut stdout, &answer.to_string()).is_err() {
+                server.abandoned();
+                return NEGATIVE;
+            }
+        }
+        if server.has_ended() {
+            return 0;
+        }
+        if let Some(code) = end {
+            return code;
+        }
+    }
+}
+
+/// Makes programs that are debugged.
+struct Programs;
+
+impl Launcher for Programs {
+    fn launch(&mut self, arguments: LaunchArguments) -> Result<Launched, Refusal> {
+        let launched = match (&arguments.recording, &arguments.program) {
+            (Some(recording), program) => open(recording, program.clone()),
+            (None, Some(program)) => start(&arguments, program),
+            (None, None) => Err(anyhow!(
+                "expected `program`, a file of SCOL, or `recording`, a transcript or a trace"
+            )),
+        };
+        launched.map_err(|error| Refusal::new(format!("{error:#}")))
+    }
+
+    fn attach(&mut self, _arguments: AttachArguments) -> Result<Launched, Refusal> {
+        Err(Refusal::new("not yet"))
+    }
+}
+
+/// The words of `ts3100 run` that say the same.
+fn words(arguments: &LaunchArguments, program: &Path) -> Vec<OsString> {
+    let mut words = vec![OsString::from("ts3100 run"), program.into()];
+    let mut flag = |name: &str, value: OsString| {
+        words.push(format!("--{name}").into());
+        words.push(value);
+    };
+    for (name, path) in [("points", &arguments.points), ("scenario", &arguments.scenario)] {
+        if let Some(path) = path {
+            flag(name, path.into());
+        }
+    }
+    for (name, text) in [("model", &arguments.model), ("max-time", &arguments.max_time)] {
+        if let Some(text) = text {
+            flag(name, text.into());
+        }
+    }
+    for pair in &arguments.set {
+        flag("set", pair.into());
+    }
+    for (channel, path) in &arguments.input {
+        let mut pair = OsString::from(format!("{channel}="));
+        pair.push(path);
+        flag("input", pair);
+    }
+    for line in &arguments.din {
+        flag("din", line.to_string().into());
+    }
+    for step in &arguments.at {
+        flag("at", step.into());
+    }
+    words
+}
+
+/// A program before its first statement.
+fn start(arguments: &LaunchArguments, program: &Path) -> anyhow::Result<Launched> {
+    let command = RunArgs::augment_args(clap::Command::new("ts3100 run"));
+    let matches = command
+        .try_get_matches_from(words(arguments, program))
+        .map_err(|error| anyhow!("{}", run::reason(&error)))?;
+    let args = RunArgs::from_arg_matches(&matches)?;
+    let config = run::config(&args)?;
+    let checked = CheckedFile::check(program, &config);
+    let (source, remarks) = checked
+        .result
+        .with_context(|| format!("cannot read {}", checked.name))?;
+    let errors = || remarks.iter().filter(|remark| remark.severity == Severity::Error);
+    if let Some(first) = errors().next() {
+        let more = match errors().count() - 1 {
+            0 => String::new(),
+            more => format!("\nand {more} more"),
+        };
+        bail!("{}{more}", first.render(&source, &checked.name).trim_end());
+    }
+    let run = HeadlessRun::new(run::request(&args, &source, &config)?)?;
+    let course = ProgramRun {
+        run,
+        names_channels: scol_mini::print_channels(&source).len() > 1,
+    };
+    Ok(Launched {
+        debuggee: Box::new(Timeline::new(course)),
+        path: Some(absolute(program)?),
+        is_going: false,
+    })
+}
+
+/// A recorded run before its first statement.
+fn open(path: &Path, program: Option<PathBuf>) -> anyhow::Result<Launched> {
+    let recording = Recording::read(path)?;
+    recording.has_beginning(path)?;
+    if recording.header.is_of_robot() {
+        bail!(
+            "{}: a recording of a real robot has its traffic alone, so it has no statements to stop at",
+            path.display()
+        );
+    }
+    let candidate = recorded::candidate(&recording.header)?;
+    let playback = Playback::new(Arc::new(recording), candidate);
+    let mut timeline = Timeline::new(playback);
+    if !timeline.enter() {
+        bail!("{}: no program runs in this recording", path.display());
+    }
+    let name = timeline.source().name;
+    let path = program.map(absolute).transpose()?;
+    // A file of another name would show other lines.
+    let path = path.filter(|path| drive_name(path).is_ok_and(|drive| drive.eq_ignore_ascii_case(&name)));
+    Ok(Launched {
+        debuggee: Box::new(timeline),
+        path,
+        is_going: false,
+    })
+}
+
+/// A program that was launched.
+#[derive(Clone)]
+struct ProgramRun {
+    run: HeadlessRun,
+    /// It prints on several channels.
+    names_channels: bool,
+}
+
+impl ProgramRun {
+    fn text(&self, event: &KeptEvent) -> Option<String> {
+        match event {
+            KeptEvent::Printed { channel, bytes } => {
+                let text = String::from_utf8_lossy(bytes).replace('\r', "\n");
+                Some(match self.names_channels {
+                    true => format!("{channel}: {text}"),
+                    false => text,
+                })
+            }
+            KeptEvent::Refused { reason } => Some(format!("warning: {reason}\n")),
+            KeptEvent::Statement { .. } => None,
+        }
+    }
+}
+
+impl Course for ProgramRun {
+    fn controller(&self) -> &Controller {
+        self.run.controller()
+    }
+
+    fn inspect(&mut self, inspection: Inspection) {
+        self.run.controller_mut().inspect(inspection);
+    }
+
+    fn take_inspection(&mut self) -> Option<Inspection> {
+        self.run.controller_mut().take_inspection()
+    }
+
+    fn step(&mut self) -> Option<Ending> {
+        let end = match self.run.step() {
+            Ok(end) => end?,
+            Err(error) => {
+                return Some(Ending {
+                    code: NEGATIVE,
+                    words: error.to_string(),
+                    stays: false,
+                });
+            }
+        };
+        let (_, words) = show::describe_end(&end);
+        let after = self.run.passed().as_secs_f64();
+        Some(Ending {
+            code: run::exit_code(&end, false),
+            words: format!("after {after:.3} s: {words}"),
+            // What it waits for can still be given to it.
+            stays: matches!(
+                end,
+                RunEnd::Blocked { .. } | RunEnd::NoInput { .. } | RunEnd::OutOfInput { .. }
+            ),
+        })
+    }
+
+    fn take_said(&mut self) -> Vec<Said> {
+        let events = self.run.take_events();
+        let texts = events.iter().filter_map(|(_, event)| self.text(event));
+        texts.map(|text| Said { line: None, text }).collect()
+    }
+
+    fn may_change(&self) -> bool {
+        true
+    }
+
+    fn assign(&mut self, assignment: &Assignment) -> Result<(), Refusal> {
+        let assigned = self.run.controller_mut().assign(assignment);
+        self.run.wake();
+        assigned.map_err(Refusal::new)
+    }
+}

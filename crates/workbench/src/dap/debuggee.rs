@@ -1,0 +1,204 @@
+//! The program that is debugged, as the server sees it: it stops at a place, is inspected, and continues.
+//!
+//! A launched program and a recording are a [`Timeline`](super::Timeline); a running emulator is reached by its control
+//! interface.
+
+use serde::Serialize;
+use std::fmt::Display;
+use std::time::Duration;
+use ts3100_controller::Controller;
+use ts3100_controller::inspection::Breakpoint;
+use ts3100_controller::queries::{TaskStack, VariableView};
+use ts3100_controller::signals::Signals;
+use ts3100_controller::{Port, Time};
+
+/// Why a request has no effect, in words for the person at the editor.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, thiserror::Error)]
+#[error("{0}")]
+pub struct Refusal(String);
+
+impl Refusal {
+    pub fn new(words: impl Display) -> Refusal {
+        Refusal(words.to_string())
+    }
+}
+
+/// Where the program is to stop next.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Goal {
+    /// At the first statement, or where it is if it has been there.
+    Enter,
+    /// At a breakpoint.
+    Run,
+    /// At the next statement of this task.
+    Into(u16),
+    /// At its next statement that is not in a program called from here.
+    Over(u16),
+    /// At its next statement after the program it is in has returned.
+    Out(u16),
+    /// At its next statement after a motion.
+    Motion(u16),
+    /// At the statement before.
+    Back(u16),
+    /// At the last breakpoint before.
+    RunBack,
+}
+
+/// Why the program has stopped.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum StopReason {
+    /// It is where it began.
+    Entry,
+    /// It has reached the goal of a step.
+    Step,
+    /// At these breakpoints, by their indices.
+    Breakpoints(Vec<usize>),
+    /// The condition of a breakpoint has no value; why.
+    Fault(String),
+    /// An alarm, by its number, with its words.
+    Alarm {
+        number: String,
+        text: String,
+    },
+    Pause,
+    /// Nothing comes after this place; why.
+    End(String),
+}
+
+/// A stop.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Stop {
+    pub reason: StopReason,
+    /// The task it concerns, 1 the main program.
+    pub task: u16,
+}
+
+/// How far the program has come.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum Progress {
+    Going,
+    Stopped(Stop),
+    /// It is over, with this exit code.
+    Ended {
+        code: u8,
+        words: String,
+    },
+}
+
+/// Something that the program, or a breakpoint, says.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Said {
+    /// By a breakpoint in this line, not by the program.
+    pub line: Option<u32>,
+    pub text: String,
+}
+
+/// The program under way.
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+pub struct Source {
+    /// Name of the file on the RAM drive.
+    pub name: String,
+    pub text: String,
+}
+
+/// Everything that is shown of a program that has stopped.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Scene {
+    /// Virtual time since the start.
+    pub time: Duration,
+    pub tasks: Vec<TaskStack>,
+    /// GLOBAL and DATA, then those of the programs as `PROGRAM.NAME`.
+    pub variables: Vec<VariableView>,
+    /// Lines that are on.
+    pub inputs: Vec<u16>,
+    pub outputs: Vec<u16>,
+    /// Name and unread bytes of each channel.
+    pub channels: Vec<(String, Vec<u8>)>,
+}
+
+impl Scene {
+    /// What a controller shows now.
+    pub fn of(controller: &Controller, began: Time) -> Scene {
+        let signals = controller.signals();
+        let channels = [Port::Com1, Port::Ip1, Port::Ip2];
+        let buffers = channels.map(|port| (port.name().to_owned(), controller.port(port).buffer));
+        Scene {
+            time: controller.now().since(began),
+            tasks: controller.stacks(),
+            variables: controller.variables(),
+            inputs: Signals::numbers().filter(|line| signals.input(*line)).collect(),
+            outputs: Signals::numbers().filter(|line| signals.output(*line)).collect(),
+            channels: buffers.into(),
+        }
+    }
+}
+
+/// What can be done with a program.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct Abilities {
+    /// It goes back.
+    pub goes_back: bool,
+    /// Its variables can be given values.
+    pub assigns: bool,
+}
+
+/// A program that is debugged.
+pub trait Debuggee: Send {
+    fn abilities(&self) -> Abilities;
+
+    /// The selected file; empty where none is.
+    fn source(&self) -> Source;
+
+    /// The lines of the file on which a statement begins, in ascending order.
+    fn statement_lines(&self) -> Vec<u32>;
+
+    /// Sets all breakpoints. Stops name those that have a line by their place among them. Returns the line at which each stops, or why it never does.
+    fn set_breakpoints(&mut self, breakpoints: Vec<Breakpoint>) -> Vec<Result<u32, Refusal>>;
+
+    /// Sets whether an alarm stops it.
+    fn stop_on_alarm(&mut self, on: bool);
+
+    /// Sets out for a goal; `work` goes there.
+    ///
+    /// # Errors
+    /// Why it cannot continue.
+    fn go(&mut self, goal: Goal) -> Result<(), Refusal>;
+
+    /// Runs for a moment, which is short enough for an editor that waits.
+    ///
+    /// # Errors
+    /// The program cannot be reached any more.
+    fn work(&mut self) -> Result<Progress, Refusal>;
+
+    /// How long `work` may be put off.
+    fn patience(&self) -> Duration {
+        Duration::ZERO
+    }
+
+    /// Lets it stop where it is.
+    fn pause(&mut self);
+
+    /// Takes what was said since the last call.
+    fn take_said(&mut self) -> Vec<Said>;
+
+    /// What is shown of it now.
+    ///
+    /// # Errors
+    /// It cannot be reached.
+    fn scene(&self) -> Result<Scene, Refusal>;
+
+    /// The value of an expression in this call of a task, as it is shown.
+    ///
+    /// # Errors
+    /// Why it has none.
+    fn evaluate(&self, task: u16, call: usize, text: &str) -> Result<VariableView, Refusal>;
+
+    /// Carries out an assignment in this call of a task; returns the value that the variable has then.
+    ///
+    /// # Errors
+    /// Why it is refused.
+    fn assign(&mut self, task: u16, call: usize, text: &str) -> Result<VariableView, Refusal>;
+
+    /// Leaves it: an emulator that was attached to continues without breakpoints.
+    fn release(&mut self);
+}

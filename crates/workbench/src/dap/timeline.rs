@@ -1,0 +1,575 @@
+//! A run that can stop before any of its statements, continue from there, and go back.
+//!
+//! Statements are numbered from the start of the run. To stop before one, a copy of the run takes the step that begins it with
+//! an inspection, which halts the copy there; the run itself stays before that step. So inspecting changes nothing, and to
+//! continue the step is taken once more with a later place to halt at. To go back, an earlier copy is played forward.
+
+use super::debuggee::{Abilities, Debuggee, Goal, Progress, Refusal, Said, Scene, Source, Stop, StopReason};
+use std::mem;
+use ts3100_controller::inspection::{Assignment, Begun, Breakpoint, Halt, HaltReason, Inspection, Target};
+use ts3100_controller::queries::VariableView;
+use ts3100_controller::{Controller, Time};
+use ts3100_recording::replay::{Keyframes, Playback};
+
+/// Steps of a run between two looks at what the editor wants.
+const PORTION: usize = 512;
+/// Task whose stop is shown where no statement tells one.
+const MAIN_TASK: u16 = 1;
+
+/// A run that goes step by step. A copy goes its own way.
+pub trait Course: Clone + Send {
+    fn controller(&self) -> &Controller;
+
+    /// Looks at every statement from now on; a run that was halted is for looking only.
+    fn inspect(&mut self, inspection: Inspection);
+
+    /// Takes what has looked at the statements.
+    fn take_inspection(&mut self) -> Option<Inspection>;
+
+    /// Takes the next step; the exit code and how it has ended, if it has.
+    fn step(&mut self) -> Option<Ending>;
+
+    /// Takes what the program has said since the last call.
+    fn take_said(&mut self) -> Vec<Said>;
+
+    /// Whether variables may be given other values: what is recorded has happened.
+    fn may_change(&self) -> bool;
+
+    /// Carries out an assignment between two steps.
+    ///
+    /// # Errors
+    /// Why it is refused.
+    fn assign(&mut self, assignment: &Assignment) -> Result<(), Refusal>;
+}
+
+/// How a run has ended.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Ending {
+    pub code: u8,
+    pub words: String,
+    /// It can be looked at, and goes back: a recording ends, a program is over.
+    pub stays: bool,
+}
+
+impl Course for Playback {
+    fn controller(&self) -> &Controller {
+        Playback::controller(self)
+    }
+
+    fn inspect(&mut self, inspection: Inspection) {
+        Playback::inspect(self, inspection);
+    }
+
+    fn take_inspection(&mut self) -> Option<Inspection> {
+        Playback::take_inspection(self)
+    }
+
+    fn step(&mut self) -> Option<Ending> {
+        match Playback::step(self) {
+            Some(_) => None,
+            None => Some(Ending {
+                code: 0,
+                words: "the end of the recording".to_owned(),
+                stays: true,
+            }),
+        }
+    }
+
+    fn take_said(&mut self) -> Vec<Said> {
+        Vec::new()
+    }
+
+    fn may_change(&self) -> bool {
+        false
+    }
+
+    fn assign(&mut self, _: &Assignment) -> Result<(), Refusal> {
+        Err(Refusal::new(
+            "a recording has happened: nothing in it can be changed",
+        ))
+    }
+}
+
+/// A run before one of its steps, and the number of the next statement.
+#[derive(Clone)]
+struct Place<C> {
+    run: C,
+    next: u64,
+}
+
+/// A run with its copies.
+pub struct Timeline<C> {
+    /// Before the step in which it has stopped.
+    base: Place<C>,
+    /// Steps before that.
+    steps: u64,
+    /// As it is shown: halted within that step, or before it.
+    shown: C,
+    /// Number of the statement before which it has stopped, or which comes next.
+    at: u64,
+    /// It has stopped within the step, before that statement.
+    is_halted: bool,
+    /// Texts of the present step that were said already.
+    said_of_step: usize,
+    keyframes: Keyframes<Place<C>>,
+    began: Time,
+    breakpoints: Vec<Breakpoint>,
+    stops_on_alarm: bool,
+    assignments: Vec<(When, Assignment)>,
+    /// The goal of the statement from which it has set out.
+    target: Option<Target>,
+    /// The first statement at which it may stop.
+    first: u64,
+    said: Vec<Said>,
+    going: Going,
+}
+
+/// When a variable is given a value.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum When {
+    /// Before the step with this number, from 0.
+    Step(u64),
+    /// Before the statement with this number.
+    Statement(u64),
+}
+
+/// What is under way.
+#[derive(Debug, Clone, PartialEq, Eq)]
+enum Going {
+    Forward,
+    /// Stopped already: where going back has led.
+    Arrived(Stop),
+    Pausing,
+    /// The run is over; it is told once more.
+    Over(Ending),
+}
+
+impl<C: Course> Timeline<C> {
+    /// A run at its start.
+    pub fn new(run: C) -> Timeline<C> {
+        let began = run.controller().now();
+        let base = Place { run, next: 0 };
+        Timeline {
+            shown: base.run.clone(),
+            keyframes: Keyframes::new(base.clone()),
+            base,
+            steps: 0,
+            at: 0,
+            is_halted: false,
+            said_of_step: 0,
+            began,
+            breakpoints: Vec::new(),
+            stops_on_alarm: true,
+            assignments: Vec::new(),
+            target: None,
+            first: 0,
+            said: Vec::new(),
+            going: Going::Pausing,
+        }
+    }
+
+    /// Goes to the first statement; false if there is none.
+    pub fn enter(&mut self) -> bool {
+        self.target = Some(Target::Statement(0));
+        while self.forward() == Progress::Going {}
+        let found = self.is_halted;
+        self.going = Going::Arrived(Stop {
+            reason: StopReason::Entry,
+            task: MAIN_TASK,
+        });
+        found
+    }
+
+    fn controller(&self) -> &Controller {
+        self.shown.controller()
+    }
+
+    /// An inspection of the next step of a place.
+    fn inspection(&self, next: u64, first: u64, target: Option<Target>) -> Inspection {
+        let made = self
+            .assignments
+            .iter()
+            .filter_map(|(when, assignment)| match when {
+                When::Statement(number) if *number >= next => Some((*number, assignment.clone())),
+                When::Statement(_) | When::Step(_) => None,
+            });
+        Inspection {
+            next,
+            first,
+            target,
+            file: self.controller().selected().to_owned(),
+            assignments: made.collect(),
+            ..Inspection::default()
+        }
+    }
+
+    /// A copy of a place before its next step, with the values that its variables are given there.
+    fn before_step(&self, place: &Place<C>, steps: u64) -> C {
+        let mut run = place.run.clone();
+        let due = self
+            .assignments
+            .iter()
+            .filter(|(when, _)| *when == When::Step(steps));
+        for (_, assignment) in due {
+            // It was tried when it was made.
+            let _ = run.assign(assignment);
+        }
+        run
+    }
+
+    /// Takes one step, or halts within it.
+    fn forward(&mut self) -> Progress {
+        let mut run = self.before_step(&self.base, self.steps);
+        let mut inspection = self.inspection(self.base.next, self.first, self.target);
+        inspection.breakpoints = mem::take(&mut self.breakpoints);
+        let alarms = run.controller().alarms().active().to_vec();
+        run.inspect(inspection);
+        let ending = run.step();
+        let inspection = run.take_inspection().unwrap_or_default();
+        self.breakpoints = inspection.breakpoints;
+        let said = run.take_said();
+        self.said.extend(said.iter().skip(self.said_of_step).cloned());
+        let texts = inspection.said.into_iter();
+        self.said.extend(texts.map(|(line, text)| Said {
+            line: Some(line),
+            text,
+        }));
+        if let Some(halt) = inspection.halt {
+            self.said_of_step = said.len();
+            return self.halted(run, halt);
+        }
+        self.said_of_step = 0;
+        let raised = run.controller().alarms().active();
+        let raised = raised.iter().find(|alarm| !alarms.contains(alarm));
+        let alarm = raised.map(|alarm| StopReason::Alarm {
+            number: alarm.code.number(),
+            text: alarm.message(),
+        });
+        self.base = Place {
+            run,
+            next: inspection.next,
+        };
+        self.steps += 1;
+        self.keyframes.note(self.steps, &self.base);
+        match (alarm.filter(|_| self.stops_on_alarm), ending) {
+            (Some(reason), ending) => {
+                self.stand();
+                self.going = ending.map_or(Going::Forward, Going::Over);
+                Progress::Stopped(Stop {
+                    reason,
+                    task: MAIN_TASK,
+                })
+            }
+            (None, Some(ending)) => self.over(ending),
+            (None, None) => Progress::Going,
+        }
+    }
+
+    fn over(&mut self, ending: Ending) -> Progress {
+        self.stand();
+        let Ending { code, words, stays } = ending.clone();
+        self.going = Going::Over(ending);
+        if stays {
+            return Progress::Stopped(Stop {
+                reason: StopReason::End(words),
+                task: MAIN_TASK,
+            });
+        }
+        Progress::Ended { code, words }
+    }
+
+    fn halted(&mut self, run: C, halt: Halt) -> Progress {
+        self.shown = run;
+        self.at = halt.statement.number;
+        self.is_halted = true;
+        Progress::Stopped(Stop {
+            task: halt.statement.task,
+            reason: match halt.reason {
+                HaltReason::Breakpoints(indices) => StopReason::Breakpoints(indices),
+                HaltReason::Fault { reason, .. } => StopReason::Fault(reason),
+                HaltReason::Target => StopReason::Step,
+            },
+        })
+    }
+
+    /// Shows the run between two of its steps.
+    fn stand(&mut self) {
+        self.shown = self.before_step(&self.base, self.steps);
+        self.at = self.base.next;
+        self.is_halted = false;
+        self.said_of_step = 0;
+    }
+
+    /// The statements from a copy on until that with the number `until`.
+    fn list(&self, from: &Place<C>, mut steps: u64, until: u64) -> Vec<Begun> {
+        let mut place = from.clone();
+        let mut listed = Vec::new();
+        while place.next < until {
+            place.run = self.before_step(&place, steps);
+            let mut inspection = self.inspection(place.next, place.next, Some(Target::Statement(until)));
+            // Which of the hits it was is not known from here.
+            inspection.breakpoints = self.breakpoints.clone();
+            for breakpoint in &mut inspection.breakpoints {
+                breakpoint.hits = None;
+            }
+            inspection.listed = Some(Vec::new());
+            place.run.inspect(inspection);
+            let ending = place.run.step();
+            let inspection = place.run.take_inspection().unwrap_or_default();
+            listed.extend(inspection.listed.into_iter().flatten());
+            place.next = inspection.next;
+            steps += 1;
+            if inspection.halt.is_some() || ending.is_some() {
+                break;
+            }
+        }
+        listed.retain(|statement| statement.number < until);
+        listed
+    }
+
+    /// The last statement before the present one that fits.
+    fn last(&self, fits: impl Fn(&Begun) -> bool) -> Option<Begun> {
+        let mut until = self.at;
+        loop {
+            let (steps, frame) = self.keyframes.last(|frame| frame.next < until)?;
+            if let Some(found) = self
+                .list(frame, steps, until)
+                .into_iter()
+                .rev()
+                .find(|begun| fits(begun))
+            {
+                return Some(found);
+            }
+            if steps == 0 {
+                return None;
+            }
+            until = frame.next;
+        }
+    }
+
+    /// Goes to a statement that has been there.
+    fn go_to(&mut self, number: u64) {
+        let found = self.keyframes.last(|frame| frame.next <= number);
+        let Some((steps, place)) = found.map(|(steps, place)| (steps, place.clone())) else {
+            return;
+        };
+        (self.base, self.steps) = (place, steps);
+        loop {
+            let mut run = self.before_step(&self.base, self.steps);
+            run.inspect(self.inspection(self.base.next, number, Some(Target::Statement(number))));
+            let ending = run.step();
+            let inspection = run.take_inspection().unwrap_or_default();
+            let said = run.take_said().len();
+            if let Some(halt) = inspection.halt {
+                self.said_of_step = said;
+                let _at_the_statement = self.halted(run, halt);
+                return;
+            }
+            self.base = Place {
+                run,
+                next: inspection.next,
+            };
+            self.steps += 1;
+            if ending.is_some() {
+                return self.stand();
+            }
+        }
+    }
+
+    /// Goes back to the last statement that fits, or to the first of all.
+    fn go_back(&mut self, reason: StopReason, fits: impl Fn(&Begun) -> bool) {
+        let found = self.last(fits);
+        self.go_to(found.map_or(0, |found| found.number));
+        self.going = Going::Arrived(match found {
+            Some(found) => Stop {
+                reason,
+                task: found.task,
+            },
+            None => Stop {
+                reason: StopReason::Entry,
+                task: MAIN_TASK,
+            },
+        });
+    }
+
+    /// Number of open calls of a task where it has stopped.
+    fn depth(&self, task: u16) -> usize {
+        let tasks = self.controller().stacks();
+        let found = tasks.iter().find(|stack| stack.id == task);
+        found.map_or(1, |stack| stack.calls.len())
+    }
+
+    /// What goes before is as it was; what was to come afterwards is forgotten.
+    fn forget_future(&mut self) {
+        self.keyframes.forget_after(self.steps);
+        let (steps, at) = (self.steps, self.at);
+        self.assignments.retain(|(when, _)| match when {
+            When::Step(step) => *step <= steps,
+            When::Statement(number) => *number <= at,
+        });
+        if let Going::Over(_) = self.going {
+            self.going = Going::Pausing;
+        }
+    }
+}
+
+impl<C: Course> Debuggee for Timeline<C> {
+    fn abilities(&self) -> Abilities {
+        Abilities {
+            goes_back: true,
+            assigns: self.base.run.may_change(),
+        }
+    }
+
+    fn source(&self) -> Source {
+        let name = self.controller().selected().to_owned();
+        let mut files = self.controller().files();
+        let text = files.find(|(file, _)| *file == name);
+        Source {
+            text: text.map_or(String::new(), |(_, text)| {
+                String::from_utf8_lossy(text).into_owned()
+            }),
+            name,
+        }
+    }
+
+    fn statement_lines(&self) -> Vec<u32> {
+        self.controller().statement_lines()
+    }
+
+    fn set_breakpoints(&mut self, breakpoints: Vec<Breakpoint>) -> Vec<Result<u32, Refusal>> {
+        let statements = self.controller().statement_lines();
+        let mut set = Vec::new();
+        let found = breakpoints.into_iter().map(|mut breakpoint| {
+            let next = statements.iter().find(|line| **line >= breakpoint.line);
+            let line = next
+                .copied()
+                .ok_or(Refusal::new("no statement follows in the file"))?;
+            breakpoint.line = line;
+            // The hits of one that was there go on.
+            let same = |old: &&Breakpoint| {
+                Breakpoint {
+                    hit: 0,
+                    ..(*old).clone()
+                } == breakpoint
+            };
+            breakpoint.hit = self.breakpoints.iter().find(same).map_or(0, |old| old.hit);
+            set.push(breakpoint);
+            Ok(line)
+        });
+        let found = found.collect();
+        self.breakpoints = set;
+        found
+    }
+
+    fn stop_on_alarm(&mut self, on: bool) {
+        self.stops_on_alarm = on;
+    }
+
+    fn go(&mut self, goal: Goal) -> Result<(), Refusal> {
+        match goal {
+            Goal::Enter => {
+                if !matches!(self.going, Going::Arrived(_)) {
+                    self.enter();
+                }
+                return Ok(());
+            }
+            Goal::Back(task) => {
+                let depth = self.depth(task);
+                self.go_back(StopReason::Step, |begun| {
+                    begun.task == task && begun.depth <= depth
+                });
+                return Ok(());
+            }
+            Goal::RunBack => {
+                self.go_back(StopReason::Breakpoints(Vec::new()), |begun| begun.is_stop);
+                return Ok(());
+            }
+            Goal::Run | Goal::Into(_) | Goal::Over(_) | Goal::Out(_) | Goal::Motion(_) => {}
+        }
+        if let Going::Over(_) = self.going {
+            return Ok(());
+        }
+        self.first = self.at + u64::from(self.is_halted);
+        self.target = match goal {
+            Goal::Into(task) => Some(Target::Into { task }),
+            Goal::Over(task) => Some(Target::Over {
+                task,
+                depth: self.depth(task),
+            }),
+            Goal::Out(task) => Some(Target::Over {
+                task,
+                depth: self.depth(task).saturating_sub(1),
+            }),
+            Goal::Motion(task) => Some(Target::Motion { task }),
+            Goal::Enter | Goal::Run | Goal::Back(_) | Goal::RunBack => None,
+        };
+        self.going = Going::Forward;
+        Ok(())
+    }
+
+    fn work(&mut self) -> Result<Progress, Refusal> {
+        for _ in 0..PORTION {
+            match mem::replace(&mut self.going, Going::Forward) {
+                Going::Forward => {}
+                Going::Arrived(stop) => return Ok(Progress::Stopped(stop)),
+                Going::Over(ending) => return Ok(self.over(ending)),
+                Going::Pausing => {
+                    self.stand();
+                    let (reason, task) = (StopReason::Pause, MAIN_TASK);
+                    return Ok(Progress::Stopped(Stop { reason, task }));
+                }
+            }
+            let progress = self.forward();
+            if progress != Progress::Going {
+                return Ok(progress);
+            }
+        }
+        Ok(Progress::Going)
+    }
+
+    fn pause(&mut self) {
+        if self.going == Going::Forward {
+            self.going = Going::Pausing;
+        }
+    }
+
+    fn take_said(&mut self) -> Vec<Said> {
+        mem::take(&mut self.said)
+    }
+
+    fn scene(&self) -> Result<Scene, Refusal> {
+        Ok(Scene::of(self.controller(), self.began))
+    }
+
+    fn evaluate(&self, task: u16, call: usize, text: &str) -> Result<VariableView, Refusal> {
+        let found = self.controller().evaluate(task, call, text);
+        found.map_err(Refusal::new)
+    }
+
+    fn assign(&mut self, task: u16, call: usize, text: &str) -> Result<VariableView, Refusal> {
+        let stacks = self.controller().stacks();
+        let interrupted = stacks
+            .iter()
+            .find(|stack| stack.id == task)
+            .and_then(|stack| stack.interrupted);
+        if interrupted.is_some_and(|interrupted| call < interrupted) {
+            return Err(Refusal::new(
+                "the action of a monitor is under way: change it in the frame of the action, which sees GLOBAL and DATA, or when the action has ended",
+            ));
+        }
+        let text = text.to_owned();
+        let assignment = Assignment { task, call, text };
+        self.shown.assign(&assignment)?;
+        let value = self.evaluate(task, call, &assignment.target())?;
+        self.forget_future();
+        let when = match self.is_halted {
+            true => When::Statement(self.at),
+            false => When::Step(self.steps),
+        };
+        self.assignments.push((when, assignment));
+        Ok(value)
+    }
+
+    fn release(&mut self) {}
+}

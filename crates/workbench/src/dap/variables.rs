@@ -1,0 +1,353 @@
+//! What is shown of a program that has stopped: scopes, variables, elements of arrays, parts of positions.
+
+use super::debuggee::{Debuggee, Refusal, Scene};
+use scol_mini::ValueKind;
+use ts3100_controller::queries::VariableView;
+use ts3100_proto::escape::Escaped;
+
+/// Elements of one dimension that are shown where the editor does not say how many it wants.
+const MAX_SHOWN: usize = 100;
+/// Parts of a position on a SCARA, and on six axes with two more.
+const SCARA_PARTS: [&str; 5] = ["X", "Y", "Z", "C", "T"];
+const SIX_AXIS_PARTS: [&str; 8] = ["X", "Y", "Z", "A", "B", "C", "U", "V"];
+
+/// Something that can be opened.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) enum Container {
+    /// Variables and parameters of a call.
+    Locals {
+        task: u16,
+        call: usize,
+    },
+    /// Variables of GLOBAL and DATA but for positions, as a call sees them.
+    Globals {
+        task: u16,
+        call: usize,
+    },
+    /// The positions of GLOBAL and DATA.
+    Points {
+        task: u16,
+        call: usize,
+    },
+    Lines,
+    /// Inputs, or outputs, that are on.
+    LinesOn {
+        inputs: bool,
+    },
+    Channels,
+    /// Elements of an array whose first subscripts are known.
+    Array {
+        task: u16,
+        call: usize,
+        name: String,
+        known: Vec<u32>,
+        left: Vec<u32>,
+    },
+    /// Parts of a position.
+    Parts {
+        task: u16,
+        call: usize,
+        name: String,
+        numbers: Vec<String>,
+    },
+}
+
+/// A row of what is opened.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Shown {
+    pub name: String,
+    pub value: String,
+    pub kind: Option<&'static str>,
+    /// What has this value in a program.
+    pub expression: Option<String>,
+    pub children: Option<Container>,
+    pub can_be_set: bool,
+}
+
+impl Shown {
+    /// A variable as a call sees it.
+    pub fn of(view: VariableView, task: u16, call: usize) -> Shown {
+        let value = shown_value(&view);
+        let numbers: Vec<String> = view.value.iter().flatten().map(ToString::to_string).collect();
+        let name = view.name.clone();
+        let children = if !view.bounds.is_empty() {
+            Some(Container::Array {
+                task,
+                call,
+                name,
+                known: Vec::new(),
+                left: view.bounds.clone(),
+            })
+        } else if view.kind == Some(ValueKind::Position) && !numbers.is_empty() {
+            Some(Container::Parts {
+                task,
+                call,
+                name,
+                numbers,
+            })
+        } else {
+            None
+        };
+        Shown {
+            kind: view.kind.map(kind_name),
+            expression: Some(view.name.clone()),
+            name: view.name,
+            value,
+            can_be_set: children.is_none() || view.bounds.is_empty(),
+            children,
+        }
+    }
+
+    fn fixed(name: impl Into<String>, value: impl Into<String>) -> Shown {
+        Shown {
+            name: name.into(),
+            value: value.into(),
+            kind: None,
+            expression: None,
+            children: None,
+            can_be_set: false,
+        }
+    }
+}
+
+/// A value as a program would write it.
+fn shown_value(view: &VariableView) -> String {
+    if !view.bounds.is_empty() {
+        let bounds: Vec<String> = view.bounds.iter().map(ToString::to_string).collect();
+        return format!("array ({})", bounds.join(","));
+    }
+    let Some(numbers) = &view.value else {
+        return "no value yet".to_owned();
+    };
+    let numbers: Vec<String> = numbers.iter().map(ToString::to_string).collect();
+    let numbers = numbers.join(", ");
+    match view.kind.and_then(function) {
+        Some(function) => format!("{function}({numbers})"),
+        None => numbers,
+    }
+}
+
+fn kind_name(kind: ValueKind) -> &'static str {
+    match kind {
+        ValueKind::Integer => "integer",
+        ValueKind::Real => "real",
+        ValueKind::Load => "load",
+        ValueKind::Coordinate => "coordinate",
+        ValueKind::Position => "position",
+    }
+}
+
+/// The function that makes a value of this kind of numbers.
+fn function(kind: ValueKind) -> Option<&'static str> {
+    match kind {
+        ValueKind::Position => Some("POINT"),
+        ValueKind::Coordinate => Some("TRANS"),
+        ValueKind::Load => Some("PAYLOAD"),
+        ValueKind::Integer | ValueKind::Real => None,
+    }
+}
+
+/// The assignment of what somebody has typed as a value: `(1, 2, 3)` is enough for a position.
+pub(super) fn assignment(target: &str, kind: Option<ValueKind>, value: &str) -> String {
+    let value = value.trim();
+    match kind.and_then(function).filter(|_| value.starts_with('(')) {
+        Some(function) => format!("{target} = {function}{value}"),
+        None => format!("{target} = {value}"),
+    }
+}
+
+/// Whether a text gives something a value; `==`, `<=` and the like compare.
+pub(super) fn is_assignment(text: &str) -> bool {
+    let Some((target, value)) = text.split_once('=') else {
+        return false;
+    };
+    !value.starts_with('=') && !target.ends_with(['<', '>', '!'])
+}
+
+impl Container {
+    /// How many elements it has.
+    pub fn indexed(&self) -> usize {
+        if let Container::Array { left, .. } = self {
+            return left.first().map_or(0, |bound| *bound as usize + 1);
+        }
+        0
+    }
+
+    /// Its rows: of an array, this many from `first` on.
+    pub fn shown(
+        &self,
+        scene: &Scene,
+        debuggee: &dyn Debuggee,
+        first: usize,
+        most: Option<usize>,
+    ) -> Vec<Shown> {
+        let shared = |task: u16, call: usize, points: bool| {
+            let shared = scene.variables.iter().filter(|view| !view.name.contains('.'));
+            let shared = shared.filter(|view| (view.kind == Some(ValueKind::Position)) == points);
+            shared.map(|view| Shown::of(view.clone(), task, call)).collect()
+        };
+        match self {
+            Container::Locals { task, call } => {
+                let stack = scene.tasks.iter().find(|stack| stack.id == *task);
+                let view = stack.and_then(|stack| stack.calls.get(*call));
+                let locals = view.map(|view| view.locals.as_slice()).unwrap_or_default();
+                locals
+                    .iter()
+                    .map(|view| Shown::of(view.clone(), *task, *call))
+                    .collect()
+            }
+            Container::Globals { task, call } => shared(*task, *call, false),
+            Container::Points { task, call } => shared(*task, *call, true),
+            Container::Lines => {
+                let lines = [
+                    ("Inputs on", &scene.inputs, true),
+                    ("Outputs on", &scene.outputs, false),
+                ];
+                lines
+                    .map(|(name, on, inputs)| {
+                        let numbers: Vec<String> = on.iter().map(ToString::to_string).collect();
+                        let children = (!on.is_empty()).then_some(Container::LinesOn { inputs });
+                        let value = if on.is_empty() {
+                            "none".to_owned()
+                        } else {
+                            numbers.join(", ")
+                        };
+                        Shown {
+                            children,
+                            ..Shown::fixed(name, value)
+                        }
+                    })
+                    .into()
+            }
+            Container::LinesOn { inputs } => {
+                let (on, function) = match inputs {
+                    true => (&scene.inputs, "DIN"),
+                    false => (&scene.outputs, "DOUT"),
+                };
+                let rows = on.iter().map(|line| {
+                    let name = format!("{function}({line})");
+                    let expression = inputs.then(|| name.clone());
+                    Shown {
+                        expression,
+                        ..Shown::fixed(name, "on")
+                    }
+                });
+                rows.collect()
+            }
+            Container::Channels => {
+                let rows = scene.channels.iter().map(|(name, bytes)| {
+                    let value = match bytes.is_empty() {
+                        true => "empty".to_owned(),
+                        false => Escaped::for_reading(bytes).to_string(),
+                    };
+                    Shown::fixed(name, value)
+                });
+                rows.collect()
+            }
+            Container::Array {
+                task,
+                call,
+                name,
+                known,
+                left,
+            } => {
+                let Some((bound, left)) = left.split_first() else {
+                    return Vec::new();
+                };
+                let wanted = (0..=*bound).skip(first).take(most.unwrap_or(MAX_SHOWN));
+                wanted
+                    .map(|at| {
+                        element(
+                            debuggee,
+                            (*task, *call),
+                            name,
+                            &[known.as_slice(), &[at]].concat(),
+                            left,
+                        )
+                    })
+                    .collect()
+            }
+            Container::Parts { name, numbers, .. } => parts(numbers)
+                .map(|(part, number)| Shown {
+                    expression: Some(format!("{name}.{part}")),
+                    can_be_set: true,
+                    ..Shown::fixed(part, number)
+                })
+                .collect(),
+        }
+    }
+
+    /// What a row of it is in an assignment: the call that sees it, its name there, its kind.
+    pub fn target(
+        &self,
+        scene: &Scene,
+        row: &str,
+    ) -> Result<(u16, usize, String, Option<ValueKind>), Refusal> {
+        let kind = |views: &[VariableView]| {
+            views
+                .iter()
+                .find(|view| view.name == row)
+                .and_then(|view| view.kind)
+        };
+        match self {
+            Container::Locals { task, call } => {
+                let stack = scene.tasks.iter().find(|stack| stack.id == *task);
+                let view = stack.and_then(|stack| stack.calls.get(*call));
+                let kind = view.and_then(|view| kind(&view.locals));
+                Ok((*task, *call, row.to_owned(), kind))
+            }
+            Container::Globals { task, call } | Container::Points { task, call } => {
+                Ok((*task, *call, row.to_owned(), kind(&scene.variables)))
+            }
+            Container::Array { task, call, .. } => Ok((*task, *call, row.to_owned(), None)),
+            Container::Parts { task, call, name, .. } => Ok((*task, *call, format!("{name}.{row}"), None)),
+            Container::Lines | Container::LinesOn { .. } | Container::Channels => Err(Refusal::new(format!(
+                "{row} is not a variable: change an input with `ts3100 ctl` or, of a launched program, with `at`"
+            ))),
+        }
+    }
+}
+
+/// An element of an array, or those that begin with these subscripts.
+fn element(
+    debuggee: &dyn Debuggee,
+    (task, call): (u16, usize),
+    name: &str,
+    subscripts: &[u32],
+    left: &[u32],
+) -> Shown {
+    let listed: Vec<String> = subscripts.iter().map(ToString::to_string).collect();
+    let listed = listed.join(",");
+    if !left.is_empty() {
+        return Shown {
+            children: Some(Container::Array {
+                task,
+                call,
+                name: name.to_owned(),
+                known: subscripts.to_vec(),
+                left: left.to_vec(),
+            }),
+            ..Shown::fixed(format!("{name}({listed},...)"), "")
+        };
+    }
+    let expression = format!("{name}({listed})");
+    match debuggee.evaluate(task, call, &expression) {
+        Ok(view) => Shown::of(view, task, call),
+        Err(_) => Shown {
+            expression: Some(expression.clone()),
+            can_be_set: true,
+            ..Shown::fixed(expression, "no value yet")
+        },
+    }
+}
+
+/// The coordinates among the numbers of a position, with their names; the configuration follows them.
+fn parts(numbers: &[String]) -> impl Iterator<Item = (&'static str, String)> {
+    let names = match numbers.len() {
+        0..=6 => SCARA_PARTS.as_slice(),
+        _ => SIX_AXIS_PARTS.as_slice(),
+    };
+    let coordinates = numbers.len().saturating_sub(1);
+    let numbers: Vec<String> = numbers.iter().take(coordinates).cloned().collect();
+    names.iter().copied().zip(numbers)
+}
