@@ -139,11 +139,18 @@ async function executable(definition, file) {
   const command = await program();
   if (!command) return undefined;
   const folder = file ? vscode.workspace.getWorkspaceFolder(file) : vscode.workspace.workspaceFolders?.[0];
-  const name = `${definition.command} ${vscode.workspace.asRelativePath(definition.file ?? "${file}")}`;
+  const name = `${definition.command} ${taskObject(definition.file)}`;
   const execution = new vscode.ProcessExecution(command, taskArguments(definition, settings(file)));
   const task = new vscode.Task(definition, folder ?? vscode.TaskScope.Workspace, name, "ts3100", execution, "$ts3100");
   task.group = definition.command === "check" ? vscode.TaskGroup.Build : vscode.TaskGroup.Test;
   return task;
+}
+
+/** @param {string | undefined} file */
+function taskObject(file) {
+  if (!file) return "this file";
+  const folder = vscode.workspace.workspaceFolders?.find(folder => folder.uri.fsPath === file);
+  return folder ? `all programs of ${folder.name}` : vscode.workspace.asRelativePath(file);
 }
 
 async function provideTasks() {
