@@ -3,7 +3,7 @@
 
     python3 tests/system/packages/vscode_extension.py --serve target/dist/ts3100 [--tools target/tools]
 
-Needs Node.js 20 or newer and npm."""
+Needs Node.js 20 or newer and npm. tests/system/packages/vscode.py uses the package in a workbench."""
 
 import glob
 import os
