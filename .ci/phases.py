@@ -286,11 +286,15 @@ def control():
 
 
 def clients():
-    """the clients in all languages, the grammar of SCOL in an editor's engine, the extension of Visual Studio Code, the GitHub Action by hand, the Python package and its figures"""
+    """the clients in all languages, the grammar of SCOL in an editor's engine, the extension of Visual Studio Code (in full in its workbench), the GitHub Action by hand, the Python package and its figures"""
     packages("mcs:mono-mcs", "mono:mono-runtime", "clang++:clang", "x86_64-w64-mingw32-g++-posix:g++-mingw-w64-x86-64-posix")
     run(*serving("packages/client_libraries", "dotnet", "cpp", "npm"))
     run(*system("packages/grammar", "--modules", TOOLS / "grammar"))
     run(*serving("packages/vscode_extension", "--tools", TOOLS))
+    if FORM == "full":
+        # Only in full: a workbench takes minutes to install, and how long its parts take to answer is not ours.
+        packages("rg:ripgrep", "krb5-config:libkrb5-dev", "c++:g++", "make:make", "chromium:chromium")
+        run(*serving("packages/vscode", "--tools", TOOLS, "--pictures", TARGET / "pictures", python=python()))
     run(*serving("packages/github_action"))
     # Measures what a fresh robot adds to a test, so nothing else runs.
     run(*serving("packages/python_package"))
