@@ -263,7 +263,18 @@ impl Machine {
         }
         stored.map_err(|error| self.faulted(*error))?;
         self.at += 1;
+        self.leave_if();
         Ok(())
+    }
+
+    /// From the end of the statement after THEN past the one after ELSE: the next statement of the file is next, for its line and
+    /// for breakpoints too.
+    fn leave_if(&mut self) {
+        while let Some(step) = self.program.steps.get(self.at)
+            && let (false, Operation::Jump(target)) = (step.head, &step.operation)
+        {
+            self.at = *target;
+        }
     }
 
     /// Back to the motion before the one under way or next, if nothing but that was executed since: it is done again.

@@ -135,6 +135,19 @@ fn a_request_stays_until_it_is_answered() {
 }
 
 #[test]
+fn after_a_request_behind_then_the_next_statement_of_the_file_is_next() {
+    let (mut machine, mut memory) =
+        start("PROGRAM M\nIF 1 == 1 THEN DELAY 1 ELSE DELAY 2\nN = 1\nEND\n");
+    let pause = machine.run(&mut memory, &STILL, &mut 1);
+    assert!(matches!(pause, Pause::Request(Request::Delay { .. })), "{pause:?}");
+    machine.answer(&mut memory, Answer::Done).unwrap();
+    assert_eq!(machine.line(), 3);
+    assert!(machine.begins_statement());
+    assert_eq!(machine.run(&mut memory, &STILL, &mut 1), Pause::Fuel);
+    assert_eq!(machine.line(), 4);
+}
+
+#[test]
 fn a_statement_at_fault_is_tried_again_or_skipped_whole() {
     let (mut machine, mut memory) = start("PROGRAM M\nA=0\nIF 1/A > 0 THEN B=2 ELSE B=3\nC=4\nEND\n");
     let fault = |pause| {

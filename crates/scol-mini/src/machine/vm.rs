@@ -314,7 +314,11 @@ impl Execution<'_> {
             return Ok(Next::Stop);
         };
         self.execute(&step.operation)?;
-        if self.machine.state != RunPhase::Ready || needs_host(&step.operation) {
+        if self.machine.state != RunPhase::Ready {
+            return Ok(Next::Stop);
+        }
+        if needs_host(&step.operation) {
+            self.machine.leave_if();
             return Ok(Next::Stop);
         }
         Ok(self.entry(self.machine.at))
