@@ -112,6 +112,12 @@ pub(crate) fn spelling<T: Copy + PartialEq>(table: &[(&'static str, T)], value: 
     row.map_or("", |(spelling, _)| spelling)
 }
 
+impl Condition {
+    pub fn keyword(self) -> &'static str {
+        spelling(Self::WORDS, self)
+    }
+}
+
 impl Builtin {
     pub fn from_word(word: &str) -> Option<Self> {
         let numeric = || lookup(Numeric::WORDS, word).map(Builtin::Numeric);

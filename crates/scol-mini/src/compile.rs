@@ -2,8 +2,10 @@
 //!
 //! Its parts run in this order: `declare` makes the variables of GLOBAL and DATA, `names` resolves names, `kinds`
 //! checks kinds, `emit` turns statements into steps, `lower` writes the instructions of the steps. `direct` does the
-//! same for the one statement of the host command DO, `probe` for what somebody asks of a program that has stopped. Running the result is left to `machine`; start with [`compile`].
+//! same for the one statement of the host command DO, `call` for the call of a subprogram, `probe` for what somebody asks of a
+//! program that has stopped. Running the result is left to `machine`; start with [`compile`].
 
+mod call;
 mod declare;
 mod direct;
 mod emit;
@@ -24,6 +26,7 @@ use crate::points::TaughtPoint;
 use crate::program::{Entry, Program, Symbols, fingerprint, hash};
 use crate::tree::Name;
 
+pub use call::compile_call;
 pub use direct::compile_direct;
 pub(crate) use probe::{Probe, compile_probe};
 

@@ -73,13 +73,13 @@ mod value;
 
 pub use builtin::{WordKind, word_kind, words};
 pub use codes::{DIAGNOSTICS, DiagnosticKind};
-pub use compile::{Compilation, compile, compile_direct, compile_with_points};
+pub use compile::{Compilation, compile, compile_call, compile_direct, compile_with_points};
 pub use conditions::{AXES, Accuracy, Conditions, FULL, MAX_ACCEL};
 pub use diagnostic::{Diagnostic, MAX_DIAGNOSTICS, Severity, Span};
 pub use fix::Edit;
 pub use format::format;
 pub use lint::{check, check_for, check_with_points};
-pub use machine::{Jump, Local, Machine, MonitorAction};
+pub use machine::{Effect, Jump, Local, Machine, MonitorAction, Recipient, Way};
 pub use memory::{AccessError, Memory};
 pub use options::{Arm, IntDivision, LanguageOptions};
 pub use outline::{print_channels, starts_tasks};

@@ -2,7 +2,8 @@
 //!
 //! The machine holds its place in the program, the open calls and loops and the pending request; the values of variables are
 //! in [`Memory`], which several machines may share. `vm` runs the instructions, on `registers`; `execute` does the statements
-//! that are more than values, whose operands `evaluate` computes; `request_values` makes requests, `monitor` watches conditions.
+//! that are more than values, whose operands `evaluate` computes; `request_values` makes requests, `monitor` watches conditions, `told` says
+//! what a statement does.
 //! Serving requests, clocks and motion are left to the caller. Start with [`Machine::run`].
 
 mod arithmetic;
@@ -20,6 +21,7 @@ mod request_values;
 mod snapshot;
 #[cfg(test)]
 mod tests;
+mod told;
 mod trial;
 mod vm;
 
@@ -39,6 +41,7 @@ pub use monitor::{Jump, MonitorAction};
 pub(crate) use place::outside_array;
 use place::{Argument, ValuePlace};
 pub(crate) use request_values::FIELD;
+pub use told::{Effect, Recipient, Way};
 pub(crate) use trial::{TrialInputs, try_operations, try_value};
 
 /// Jumps followed in search of the next motion.
@@ -161,8 +164,8 @@ impl Machine {
     pub fn main(program: Arc<Program>) -> Self {
         Self {
             version: STATE_VERSION,
+            at: program.first,
             program,
-            at: 0,
             frames: Vec::from([Frame::default()]),
             arguments: Vec::new(),
             loops: Vec::new(),
@@ -292,7 +295,7 @@ impl Machine {
 
     /// Back to step 1 of the main program; calls, loops and a pending request are dropped.
     pub fn restart(&mut self) {
-        self.go_to(0);
+        self.go_to(self.program.first);
     }
 
     /// Moves to the label `RCYCLE` of the main program and drops calls and loops. Returns `false`, with nothing

@@ -26,6 +26,8 @@ pub struct Program {
     pub(crate) steps: Vec<Step>,
     /// The instructions of the steps.
     pub(crate) code: Code,
+    /// The step with which the main program begins.
+    pub(crate) first: usize,
     /// Step of the label `RCYCLE` in the main program.
     pub(crate) rcycle: Option<usize>,
     /// Variables that a statement executed directly makes for itself, as parameters without a value.
@@ -301,6 +303,7 @@ impl Program {
             blocks: Vec::new(),
             steps: Vec::new(),
             code: Code::default(),
+            first: 0,
             rcycle: None,
             created: 0,
         }

@@ -456,7 +456,7 @@ fn is_word(word: &str) -> bool {
 }
 
 /// The nearest of the candidates, if one is near enough. Among names of the user that are equally near there is none.
-fn nearest<'a>(found: &str, candidates: impl Iterator<Item = &'a str>) -> Option<&'a str> {
+pub(crate) fn nearest<'a>(found: &str, candidates: impl Iterator<Item = &'a str>) -> Option<&'a str> {
     let most = match found.len() {
         2..=5 => 1,
         6..=MAX_WORD => 2,

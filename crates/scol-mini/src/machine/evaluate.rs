@@ -64,7 +64,7 @@ impl Execution<'_> {
         }
     }
 
-    fn condition(&self, condition: Condition) -> Value {
+    pub fn condition(&self, condition: Condition) -> Value {
         let conditions = self.memory.conditions();
         match condition {
             Condition::Speed => Value::Real(conditions.speed as f32),

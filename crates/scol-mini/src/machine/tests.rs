@@ -4,7 +4,7 @@ use super::*;
 use crate::request::{Channel, Path};
 use crate::tree::Expression;
 use crate::value::Value;
-use crate::{LanguageOptions, compile, compile_direct};
+use crate::{LanguageOptions, compile, compile_call, compile_direct};
 use std::string::ToString;
 use std::vec;
 
@@ -136,15 +136,152 @@ fn a_request_stays_until_it_is_answered() {
 
 #[test]
 fn after_a_request_behind_then_the_next_statement_of_the_file_is_next() {
-    let (mut machine, mut memory) =
-        start("PROGRAM M\nIF 1 == 1 THEN DELAY 1 ELSE DELAY 2\nN = 1\nEND\n");
+    let (mut machine, mut memory) = start("PROGRAM M\nIF 1 == 1 THEN DELAY 1 ELSE DELAY 2\nN = 1\nEND\n");
     let pause = machine.run(&mut memory, &STILL, &mut 1);
-    assert!(matches!(pause, Pause::Request(Request::Delay { .. })), "{pause:?}");
+    assert!(
+        matches!(pause, Pause::Request(Request::Delay { .. })),
+        "{pause:?}"
+    );
     machine.answer(&mut memory, Answer::Done).unwrap();
     assert_eq!(machine.line(), 3);
     assert!(machine.begins_statement());
     assert_eq!(machine.run(&mut memory, &STILL, &mut 1), Pause::Fuel);
     assert_eq!(machine.line(), 4);
+}
+
+/// What is told of each statement up to the first request or the end.
+fn told(machine: &mut Machine, memory: &mut Memory) -> Vec<(u32, Vec<Effect>)> {
+    let mut all = Vec::new();
+    loop {
+        let (line, mut effects) = (machine.line(), Vec::new());
+        let pause = machine.run_told(memory, &STILL, &mut 1, &mut effects);
+        all.push((line, effects));
+        if pause != Pause::Fuel {
+            return all;
+        }
+    }
+}
+
+fn assigned(name: &str, value: Value) -> Effect {
+    let name = name.into();
+    Effect::Assigned { name, value }
+}
+
+#[test]
+fn a_statement_tells_what_it_does() {
+    let source = "GLOBAL\nDIM A(3) AS REAL\nEND\nPROGRAM M\nI = 2\nA(I) = 1.5\nIF I > 9 THEN I = 7\n\
+        IF I > 1 THEN I = 1 ELSE I = 0\nIF I > 1 THEN I = 5 ELSE I = 3\nFOR J = 1 TO 1\nS(I, 2)\nNEXT J\nSPEED = 50\n\
+        P.X = 10\nMOVE P\nEND\nPROGRAM S(N, K)\nN = N + 1\nEND\nDATA\nPOINT P=1,2,3,4,5,6,7,8/11111\nEND\n";
+    let (mut machine, mut memory) = start(source);
+    let told = told(&mut machine, &mut memory);
+    let (line, motion) = told.last().unwrap();
+    assert!(
+        matches!((line, motion.as_slice()), (15, [Effect::Target(Path::Ptp(position))]) if position.coords[0] == 10.0),
+        "{motion:?}"
+    );
+    let expected = [
+        (5, vec![assigned("I", Value::Integer(2))]),
+        (6, vec![assigned("A(2)", Value::Real(1.5))]),
+        (7, vec![Effect::Branch(Way::Neither)]),
+        (
+            8,
+            vec![Effect::Branch(Way::Then), assigned("I", Value::Integer(1))],
+        ),
+        (
+            9,
+            vec![Effect::Branch(Way::Else), assigned("I", Value::Integer(3))],
+        ),
+        (10, vec![assigned("J", Value::Integer(1))]),
+        (
+            11,
+            vec![assigned("N", Value::Integer(3)), assigned("K", Value::Integer(2))],
+        ),
+        (18, vec![assigned("N", Value::Integer(4))]),
+        (19, vec![]),
+        (12, vec![assigned("J", Value::Integer(2))]),
+        (13, vec![assigned("SPEED", Value::Real(50.0))]),
+        (14, vec![assigned("P.X", Value::Real(10.0))]),
+    ];
+    assert_eq!(told.split_last().unwrap().1, expected);
+}
+
+#[test]
+fn an_element_is_named_by_the_subscript_before_its_assignment() {
+    let (mut machine, mut memory) =
+        start("GLOBAL\nDIM A(3) AS INTEGER\nEND\nPROGRAM M\nA(1) = 1\nA(A(1)) = 3\nEND\n");
+    let told = told(&mut machine, &mut memory);
+    assert_eq!(told[1], (6, vec![assigned("A(1)", Value::Integer(3))]));
+}
+
+#[test]
+fn the_values_of_an_input_are_known_after_its_answer() {
+    let (mut machine, mut memory) = start("PROGRAM M\nN = 1\nINPUT IP1, N, X\nEND\n");
+    told(&mut machine, &mut memory);
+    let recipients = machine.recipients();
+    let numbers = [Number::Integer(4), Number::Real(2.5)];
+    machine
+        .answer(&mut memory, Answer::Values(numbers.into()))
+        .unwrap();
+    let received: Vec<Effect> = machine.received(&memory, &recipients).collect();
+    assert_eq!(
+        received,
+        [assigned("N", Value::Integer(4)), assigned("X", Value::Real(2.5))]
+    );
+}
+
+/// Runs as `run` does: the same pauses, the same memory.
+#[test]
+fn telling_changes_nothing() {
+    let source = "PROGRAM M\nFOR I = 1 TO 9\nIF I MOD 2 == 0 THEN S(I) ELSE PRINT I, CR\nL: IF I > 7 THEN WAIT I > 9\n\
+        NEXT I\nEND\nPROGRAM S(N)\nN = N + 0\nIF N == 4 THEN RETURN\nDELAY 0.1\nEND\n";
+    let ((mut quiet, mut first), (mut loud, mut second)) = (start(source), start(source));
+    for _ in 0..60 {
+        let pause = quiet.run(&mut first, &STILL, &mut 1);
+        assert_eq!(loud.run_told(&mut second, &STILL, &mut 1, &mut vec![]), pause);
+        assert_eq!((&quiet, &first), (&loud, &second));
+        match pause {
+            Pause::Request(_) => {
+                quiet.answer(&mut first, Answer::Done).unwrap();
+                loud.answer(&mut second, Answer::Done).unwrap();
+            }
+            Pause::Waiting => return,
+            Pause::Fuel | Pause::Ended | Pause::Fault(_) => {}
+        }
+    }
+    panic!("it waits on line 4");
+}
+
+#[test]
+fn a_call_runs_instead_of_the_main_program() {
+    let compiled = compile(
+        "GLOBAL\nTOTAL = 5\nEND\nPROGRAM M\nTOTAL = 99\nEND\nPROGRAM ADD(N, X)\nTOTAL = TOTAL + N\nX = 0.0\nEND\n",
+        &LanguageOptions::default(),
+    );
+    let base = compiled.program.unwrap();
+    let run = |call: &str| {
+        let program = compile_call(call, &base).map_err(|found| found[0].message.clone())?;
+        let mut memory = Memory::new(&program);
+        let mut machine = Machine::main(Arc::clone(&program));
+        assert_eq!(machine.run(&mut memory, &STILL, &mut 100), Pause::Ended);
+        assert_eq!(machine.line(), 0);
+        machine.restart();
+        assert!(machine.begins_statement());
+        Ok::<_, String>(memory.global(&program, "TOTAL", &[]).unwrap())
+    };
+    assert_eq!(run("ADD(2, 30.5)"), Ok(Value::Integer(7)));
+    assert_eq!(run(" add(total, 1 + 1)"), Ok(Value::Integer(10)));
+    for (call, reason) in [
+        ("ADD(2)", "ADD takes 2 arguments, found 1"),
+        ("AD(2, 3)", "this file has no program AD"),
+        ("ADD(NOPE, 3)", "NOPE is never given a value"),
+        ("", "expected a call such as PLACE(2, 30.5), found nothing"),
+        (
+            "DELAY 1",
+            "expected a call such as PLACE(2, 30.5), found another statement",
+        ),
+    ] {
+        assert_eq!(run(call), Err(reason.to_string()), "{call}");
+    }
 }
 
 #[test]

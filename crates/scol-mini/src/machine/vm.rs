@@ -57,6 +57,41 @@ impl Execution<'_> {
         result
     }
 
+    /// Runs the instructions of the step under way alone, from its first one on, and moves on.
+    ///
+    /// # Errors
+    /// The fault of the step, where `at` is then.
+    #[inline(never)]
+    pub(super) fn compute_step(&mut self, mut at: usize) -> Result<()> {
+        let step = self.step(at);
+        loop {
+            let Some(Instruction { op, .. }) = self.program.code.instructions.get(at) else {
+                self.machine.at = self.program.steps.len();
+                self.machine.state = RunPhase::Ended;
+                return Ok(());
+            };
+            let begins = |at: usize| {
+                self.program
+                    .code
+                    .entries
+                    .get(step)
+                    .is_some_and(|first| *first as usize == at)
+            };
+            let (next, is_over) = match self.instruction(at, op) {
+                Ok(Next::Following) => (at + 1, false),
+                // Formulas are skipped within a step; a loop of one step jumps to itself.
+                Ok(Next::To(target)) => (target as usize, begins(target as usize)),
+                Ok(Next::Stop) => return Ok(()),
+                Err(fault) => return Err(self.first_fault(at, fault)),
+            };
+            if is_over || self.step(next) != step {
+                self.machine.at = self.step(next);
+                return Ok(());
+            }
+            at = next;
+        }
+    }
+
     /// The register that has the value of an operand.
     pub(super) fn result(&mut self, formula: Formula) -> Result<Register> {
         if let Some(start) = formula.start {
