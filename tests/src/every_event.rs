@@ -146,6 +146,7 @@ fn states() -> Vec<Event> {
             line: 12,
             task: 1,
             seen: None,
+            detail: None,
         },
         Event::Servo(true),
         Event::Servo(false),

@@ -190,6 +190,19 @@ impl Controller {
         result
     }
 
+    /// Selects the execution file to run one call of its programs, as in `PLACE(2, 30.5)`, instead of its main program. A
+    /// selection, a download or a RESTORE of the file ends that.
+    ///
+    /// # Errors
+    /// See [`SelectError`].
+    pub fn select_call(&mut self, now: Time, name: &str, call: &str) -> Result<(), SelectError> {
+        self.advance_to(now);
+        let result = FileName::parse(name).map_err(SelectError::from);
+        let result = result.and_then(|name| self.robot.select_call(&name, call));
+        self.find_due();
+        result
+    }
+
     /// Whether every change of a file is asked for by [`Output::Persist`] first, and happens when [`Input::Persisted`]
     /// has come.
     pub fn persist_outside(&mut self, outside: bool) {

@@ -78,6 +78,7 @@ mod snapshot_error;
 pub mod statement_coverage;
 mod text_form;
 pub mod time;
+pub mod told;
 pub mod variation;
 pub mod watched;
 

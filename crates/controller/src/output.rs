@@ -8,6 +8,7 @@ use crate::finding::Finding;
 use crate::port::Port;
 use crate::prelude::*;
 use crate::time::Time;
+use crate::told::StatementDetail;
 use bytes::Bytes;
 use ts3100_proto::status::{ExecutionStatus, MasterMode};
 use ts3100_proto::text::{Framing, Terminator};
@@ -172,6 +173,9 @@ pub enum Event {
         /// The value before it of what is watched ([`Controller::watch`](crate::Controller::watch)).
         #[serde(skip_serializing_if = "Option::is_none")]
         seen: Option<String>,
+        /// What it did, after [`Controller::tell_effects`](crate::Controller::tell_effects).
+        #[serde(skip)]
+        detail: Option<Box<StatementDetail>>,
     },
     /// Servo power.
     Servo(#[serde(serialize_with = "event_form::servo")] bool),

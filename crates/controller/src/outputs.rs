@@ -10,6 +10,8 @@ pub(crate) struct Outputs {
     queue: VecDeque<Output>,
     /// Every statement of the program is told as an event.
     traced: bool,
+    /// What it did is told with it.
+    detailed: bool,
     /// Read before each of them.
     watched: Option<Watched>,
 }
@@ -34,6 +36,15 @@ impl Outputs {
 
     pub(crate) fn is_traced(&self) -> bool {
         self.traced
+    }
+
+    /// From now on every statement that is told is told with what it did, or without.
+    pub(crate) fn tell_effects(&mut self, on: bool) {
+        self.detailed = on;
+    }
+
+    pub(crate) fn is_detailed(&self) -> bool {
+        self.detailed
     }
 
     /// From now on this is read before every statement that is told.

@@ -402,6 +402,11 @@ impl Controller {
         self.robot.context.outputs.trace(on);
     }
 
+    /// From now on every statement that is told ([`Controller::trace`]) is told with what it did, or without.
+    pub fn tell_effects(&mut self, on: bool) {
+        self.robot.context.outputs.tell_effects(on);
+    }
+
     /// From now on every statement that is told ([`Controller::trace`]) is told with this value before it; `None`: without.
     pub fn watch(&mut self, watched: Option<Watched>) {
         self.robot.context.outputs.watch(watched);

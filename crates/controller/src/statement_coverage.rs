@@ -107,8 +107,13 @@ mod tests {
     }
 
     fn statement(line: u32, task: u16) -> Output {
-        let seen = None;
-        Output::Event(Event::Statement { line, task, seen })
+        let (seen, detail) = (None, None);
+        Output::Event(Event::Statement {
+            line,
+            task,
+            seen,
+            detail,
+        })
     }
 
     #[test]

@@ -136,7 +136,7 @@ struct Listener(Arc<Mutex<Vec<Statement>>>);
 
 impl Subscriber for Listener {
     fn output(&mut self, _at: Time, output: &Output) {
-        if let Output::Event(Event::Statement { line, task, seen }) = output {
+        if let Output::Event(Event::Statement { line, task, seen, .. }) = output {
             let (line, task, seen) = (*line, *task, seen.clone().unwrap_or_default());
             let mut told = self.0.lock().unwrap_or_else(PoisonError::into_inner);
             told.push(Statement { line, task, seen });

@@ -11,10 +11,13 @@ use crate::port::Port;
 use crate::prelude::*;
 use crate::snapshot_error::{SnapshotError, check};
 use crate::time::Time;
+use crate::told::{StatementDetail, StatementEffect};
 use alloc::sync::Arc;
 use core::fmt::Display;
 use core::time::Duration;
-use scol_mini::{Answer, Channel, Fault, Jump, Machine, Memory, MonitorAction, Number, Pause, Program};
+use scol_mini::{
+    Answer, Arm, Channel, Fault, Jump, Machine, Memory, MonitorAction, Number, Pause, Program, Recipient,
+};
 
 /// A task at a moment.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -174,6 +177,9 @@ pub struct Task {
     look_at: Option<Time>,
     /// Its motion stays at the present height of the tool point (MP,1).
     pub(crate) keeps_height: bool,
+    /// What the last statement got from the answer to its request, until it is told with the next one.
+    #[serde(skip)]
+    received: Vec<StatementEffect>,
 }
 
 impl Task {
@@ -187,6 +193,7 @@ impl Task {
             handler: None,
             look_at: None,
             keeps_height: false,
+            received: Vec::new(),
         }
     }
 
@@ -337,7 +344,12 @@ impl Task {
         };
         let mut fuel = given;
         let pause = self.machine.run(memory, inputs, &mut fuel);
-        self.budget = self.budget.saturating_sub(given - fuel);
+        self.ran(pause, given - fuel, inputs)
+    }
+
+    /// Takes note of what the machine did.
+    fn ran(&mut self, pause: Pause, used: u32, inputs: &ScolInputs) -> Pause {
+        self.budget = self.budget.saturating_sub(used);
         self.enter(match &pause {
             Pause::Waiting => TaskState::Watching {
                 again: inputs.next_look(),
@@ -345,6 +357,32 @@ impl Task {
             Pause::Fuel | Pause::Ended | Pause::Fault(_) | Pause::Request(_) => TaskState::Ready,
         });
         pause
+    }
+
+    /// Executes one statement as [`Task::run`] does, and returns what is told of it.
+    pub(crate) fn run_told(
+        &mut self,
+        memory: &mut Memory,
+        inputs: &ScolInputs,
+        arm: Arm,
+    ) -> (Pause, Box<StatementDetail>) {
+        let received = core::mem::take(&mut self.received);
+        let (mut fuel, mut effects) = (1, Vec::new());
+        let pause = self.machine.run_told(memory, inputs, &mut fuel, &mut effects);
+        let effects = effects
+            .into_iter()
+            .map(|effect| StatementEffect::new(effect, arm));
+        let effects = effects.collect();
+        let detail = Box::new(StatementDetail { received, effects });
+        (self.ran(pause, 1 - fuel, inputs), detail)
+    }
+
+    /// The values that these variables got are told with the next statement.
+    pub(crate) fn note_received(&mut self, memory: &Memory, recipients: &[Recipient], arm: Arm) {
+        if self.machine.pending().is_none() {
+            let received = self.machine.received(memory, recipients);
+            self.received = received.map(|effect| StatementEffect::new(effect, arm)).collect();
+        }
     }
 
     /// Answers the request of the statement under way.

@@ -289,7 +289,9 @@ impl Robot {
             TaskState::Queued { lead, passing } => return self.begun(task, lead, passing),
             TaskState::Moving { .. } => return self.executor.moved(task),
             TaskState::Delaying { .. } => return self.executor.done(task),
-            TaskState::Reading { .. } => return self.read_values(task),
+            TaskState::Reading { .. } => {
+                return self.told_of_answer(task, Robot::read_values);
+            }
         }
         if !task.has_budget(self.context.now) {
             return Step::Blocked;
@@ -300,17 +302,14 @@ impl Robot {
         if self.inspect(task, outside) {
             return Step::Blocked;
         }
-        if self.context.outputs.is_traced() && task.begins_statement() {
-            let (line, task) = (task.line(), task.id());
-            let seen = self
-                .context
-                .outputs
-                .watched()
-                .map(|watched| self.read_watched(watched));
-            self.context.outputs.event(Event::Statement { line, task, seen });
-        }
-        let (inputs, memory) = self.inputs_and_memory(task.sees(self.context.now));
-        match task.run(memory, &inputs, single) {
+        let pause = match self.context.outputs.is_traced() && task.begins_statement() {
+            true => self.run_told(task, single),
+            false => {
+                let (inputs, memory) = self.inputs_and_memory(task.sees(self.context.now));
+                task.run(memory, &inputs, single)
+            }
+        };
+        match pause {
             Pause::Fuel => Step::DONE,
             // A motion that nobody waited for ends first.
             Pause::Ended if self.moves(task) && !task.machine().handler_ended() => {
@@ -319,7 +318,9 @@ impl Robot {
             Pause::Ended => Step::Ended,
             Pause::Waiting => Step::Blocked,
             Pause::Fault(fault) => task.fail(&fault),
-            Pause::Request(request) => self.serve(ports, task, request),
+            Pause::Request(request) => {
+                self.told_of_answer(task, |robot, task| robot.serve(ports, task, request))
+            }
         }
     }
 
@@ -340,6 +341,41 @@ impl Robot {
         }
         *self.executor.inspection_mut() = Some(inspection);
         halts
+    }
+
+    /// Executes a statement and tells its event. Nothing else is put out meanwhile, so the event comes before all that the
+    /// statement leads to.
+    fn run_told(&mut self, task: &mut Task, single: bool) -> Pause {
+        let watched = self.context.outputs.watched();
+        let (line, id) = (task.line(), task.id());
+        let (seen, mut detail) = (watched.map(|watched| self.read_watched(watched)), None);
+        let (is_detailed, arm) = (self.context.outputs.is_detailed(), self.arm.kind());
+        let (inputs, memory) = self.inputs_and_memory(task.sees(self.context.now));
+        let pause = if is_detailed {
+            let (pause, told) = task.run_told(memory, &inputs, arm);
+            detail = Some(told);
+            pause
+        } else {
+            task.run(memory, &inputs, single)
+        };
+        self.context.outputs.event(Event::Statement {
+            line,
+            task: id,
+            seen,
+            detail,
+        });
+        pause
+    }
+
+    /// Serves the request of a statement, whose values are told with the statement after it.
+    fn told_of_answer(&mut self, task: &mut Task, serve: impl FnOnce(&mut Robot, &mut Task) -> Step) -> Step {
+        let is_told = self.context.outputs.is_detailed();
+        let recipients = is_told.then(|| task.machine().recipients());
+        let step = serve(self, task);
+        if let Some(recipients) = recipients.filter(|recipients| !recipients.is_empty()) {
+            task.note_received(self.executor.memory(), &recipients, self.arm.kind());
+        }
+        step
     }
 
     /// Inputs of a program at `now`, and the data with which it runs; coordinate systems and TIMER are the executor's.

@@ -6,7 +6,7 @@ use crate::prelude::*;
 use crate::refusal::SelectError;
 use crate::robot::Robot;
 use alloc::sync::Arc;
-use scol_mini::{Program, Severity};
+use scol_mini::{Program, Severity, compile_call};
 use ts3100_proto::name::{FileName, NameError};
 
 impl Robot {
@@ -19,11 +19,32 @@ impl Robot {
             return Err(SelectError::Running);
         }
         let (source, program) = self.compile_file(name)?;
+        self.take_selected(name, source, program);
+        Ok(())
+    }
+
+    /// Selects the file to run one call of its programs instead of the main program.
+    ///
+    /// # Errors
+    /// See [`SelectError`].
+    pub(crate) fn select_call(&mut self, name: &FileName, call: &str) -> Result<(), SelectError> {
+        if self.executor.is_running() {
+            return Err(SelectError::Running);
+        }
+        let (source, program) = self.compile_file(name)?;
+        let program = compile_call(call, &program).map_err(|found| SelectError::Errors {
+            name: name.as_str().to_string(),
+            rendered: render(found.iter(), call, "the call"),
+        })?;
+        self.take_selected(name, source, program);
+        Ok(())
+    }
+
+    fn take_selected(&mut self, name: &FileName, source: String, program: Arc<Program>) {
         let name = name.as_str().to_string();
         self.context.outputs.event(Event::Selected(Some(name.clone())));
         let selected = Selected::new(name, source, program);
         self.executor.select(selected, self.context.now);
-        Ok(())
     }
 
     /// The text and the program of a file of the drive.
