@@ -52,6 +52,7 @@ mod polling_independence;
 mod ports;
 mod power;
 mod print_input;
+mod profile;
 mod programs;
 mod prose;
 mod purity;

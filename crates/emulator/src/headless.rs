@@ -5,10 +5,12 @@
 //! tests of robot programs. A host that speaks the protocol needs the daemon or [`crate::embed`]. The output of
 //! `ts3100 run` is formatted in `cli::run`.
 
+use crate::profile::Profile;
 use std::collections::{BTreeMap, VecDeque};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 use ts3100_controller::findings::rules;
+use ts3100_controller::told::StatementDetail;
 use ts3100_controller::{
     ArmPose, Bytes, Config, Controller, DriveError, Event, Input, Output, PanelAction, Port, SelectError,
     StatementCoverage, Time,
@@ -39,8 +41,12 @@ pub struct RunRequest {
     pub lines_on: Vec<u16>,
     /// What happens to the robot from START on, and what is expected of the program.
     pub scenario: Option<Scenario>,
+    /// A call such as `PLACE(2, 30.5)`, which is run instead of the main program.
+    pub call: Option<String>,
     /// Report every statement as [`RunEvent::Statement`].
     pub trace: bool,
+    /// Count the statements and their time in [`RunReport::profile`].
+    pub profile: bool,
     /// Record the executed lines in [`RunReport::executed`].
     pub record_lines: bool,
     /// Time mode; `stepped` is refused.
@@ -85,6 +91,8 @@ pub enum RunEvent<'a> {
         line: u32,
         /// ID of its task, 1 for the main program.
         task: u16,
+        /// What it did.
+        detail: &'a StatementDetail,
     },
     /// An action of the scenario had no effect.
     Refused {
@@ -138,8 +146,42 @@ pub enum RunEnd {
     },
 }
 
+impl RunEnd {
+    /// A word for programs, which is public: `end`, `alarm`.
+    pub fn word(&self) -> &'static str {
+        match self {
+            RunEnd::End => "end",
+            RunEnd::Stopped { .. } => "stopped",
+            RunEnd::OutOfInput { .. } => "out-of-input",
+            RunEnd::NoInput { .. } => "no-input",
+            RunEnd::PowerOff => "power-off",
+            RunEnd::Alarm { .. } => "alarm",
+            RunEnd::Blocked { .. } => "stuck",
+            RunEnd::TimeUp { .. } => "time-up",
+        }
+    }
+
+    /// A sentence for people, to which a caller adds the remedy.
+    pub fn sentence(&self) -> String {
+        match self {
+            RunEnd::End => "ended".to_owned(),
+            RunEnd::Stopped { line } => format!("stopped, line {line} is next"),
+            RunEnd::OutOfInput { channel, line } => {
+                format!("INPUT at line {line} waits: all records of {channel} are used")
+            }
+            RunEnd::NoInput { channel, line } => format!("INPUT {channel} at line {line} waits"),
+            RunEnd::PowerOff => "stopped: the power was turned off".to_owned(),
+            RunEnd::Alarm { number, text } => format!("alarm {number} {text}"),
+            RunEnd::Blocked { line } => {
+                format!("line {line} waits for a condition that can no longer become true")
+            }
+            RunEnd::TimeUp { line } => format!("stopped at line {line}"),
+        }
+    }
+}
+
 /// The result of a run.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug)]
 pub struct RunReport {
     pub end: RunEnd,
     /// Virtual time from start to end.
@@ -154,6 +196,10 @@ pub struct RunReport {
     pub executed: StatementCoverage,
     /// The outcome of the scenario, if there is one.
     pub scenario: Option<ScenarioOutcome>,
+    /// Where the time went, if it was to be counted.
+    pub profile: Option<Profile>,
+    /// The controller at the end, to ask it for more.
+    pub controller: Box<Controller>,
 }
 
 /// Runs a program to its end and reports to `listen` what it does, with the virtual time since the start.
@@ -214,18 +260,28 @@ fn wall_time(passed: Duration, scale: f64) -> Duration {
 /// What a program has done, as [`RunEvent`] tells it.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(crate) enum KeptEvent {
-    Printed { channel: &'static str, bytes: Bytes },
-    Statement { line: u32, task: u16 },
-    Refused { reason: String },
+    Printed {
+        channel: &'static str,
+        bytes: Bytes,
+    },
+    Statement {
+        line: u32,
+        task: u16,
+        detail: Box<StatementDetail>,
+    },
+    Refused {
+        reason: String,
+    },
 }
 
 impl KeptEvent {
     pub(crate) fn shown(&self) -> RunEvent<'_> {
         match self {
             KeptEvent::Printed { channel, bytes } => RunEvent::Printed { channel, bytes },
-            KeptEvent::Statement { line, task } => RunEvent::Statement {
+            KeptEvent::Statement { line, task, detail } => RunEvent::Statement {
                 line: *line,
                 task: *task,
+                detail,
             },
             KeptEvent::Refused { reason } => RunEvent::Refused { reason },
         }
@@ -250,11 +306,17 @@ struct Outcome {
     /// Why START had no effect.
     refusal: Option<String>,
     executed: StatementCoverage,
+    profile: Option<Profile>,
 }
 
 impl Effects for Outcome {
     fn perform(&mut self, _at: Time, output: Output, controller: &Controller) -> Vec<Input> {
         self.executed.record(&output);
+        if let (Some(profile), Output::Event(Event::Statement { line, task, .. })) =
+            (&mut self.profile, &output)
+        {
+            profile.count(*task, *line);
+        }
         let at = controller.now().since(self.started_at);
         let mut add = |event| self.events.push((at, event));
         match output {
@@ -266,8 +328,13 @@ impl Effects for Outcome {
                 channel: PENDANT,
                 bytes: text.into(),
             }),
-            Output::Event(Event::Statement { line, task, .. }) if self.trace => {
-                add(KeptEvent::Statement { line, task });
+            Output::Event(Event::Statement {
+                line,
+                task,
+                detail: Some(detail),
+                ..
+            }) if self.trace => {
+                add(KeptEvent::Statement { line, task, detail });
             }
             Output::Event(Event::Alarm { number, text }) => self.alarm = Some((number, text)),
             Output::Event(Event::Status { status, .. }) => {
@@ -363,13 +430,16 @@ impl HeadlessRun {
                 starting: false,
                 refusal: None,
                 executed: StatementCoverage::default(),
+                profile: job.profile.then(Profile::default),
             },
             started: false,
             is_woken: false,
             limit: job.max_time,
         };
-        run.prepare(&job.name, &job.source, &job.lines_on)?;
-        run.seat.await_statements(job.trace || job.record_lines);
+        run.prepare(&job.name, job.call.as_deref(), &job.source, &job.lines_on)?;
+        run.seat
+            .await_statements(job.trace || job.record_lines || job.profile);
+        run.seat.controller.tell_effects(job.trace);
         run.outcome.started_at = run.seat.controller.now();
         Ok(run)
     }
@@ -452,9 +522,18 @@ impl HeadlessRun {
     }
 
     /// Does everything before START: file, peers, input lines, servo power.
-    fn prepare(&mut self, name: &str, source: &[u8], lines_on: &[u16]) -> Result<(), RunError> {
+    fn prepare(
+        &mut self,
+        name: &str,
+        call: Option<&str>,
+        source: &[u8],
+        lines_on: &[u16],
+    ) -> Result<(), RunError> {
         self.seat.controller.put_file(name, source)?;
-        self.seat.controller.select(Time::ZERO, name)?;
+        match call {
+            Some(call) => self.seat.controller.select_call(Time::ZERO, name, call)?,
+            None => self.seat.controller.select(Time::ZERO, name)?,
+        }
         for port in CHANNELS {
             let peer = "headless".to_owned();
             self.feed(Time::ZERO, Input::Connected { port, peer });
@@ -471,6 +550,9 @@ impl HeadlessRun {
     }
 
     fn feed(&mut self, now: Time, input: Input) {
+        if let Some(profile) = &mut self.outcome.profile {
+            profile.pass(&self.seat.controller, now);
+        }
         let _refusal_is_an_event = self.seat.feed(now, input, Side::Host, &mut self.outcome);
     }
 
@@ -545,6 +627,8 @@ impl HeadlessRun {
             unused: unused.filter(|(_, rest)| *rest > 0).collect(),
             scenario: self.play.map(|play| play.outcome(self.seat.controller.now())),
             executed: self.outcome.executed,
+            profile: self.outcome.profile,
+            controller: Box::new(self.seat.controller),
         }
     }
 }

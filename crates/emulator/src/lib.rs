@@ -20,6 +20,8 @@ pub mod instances;
 pub mod launch;
 pub mod loading;
 pub mod log;
+mod printed_lines;
+pub mod profile;
 pub mod ready;
 pub mod recorded;
 #[cfg(test)]

@@ -114,7 +114,10 @@ fn a_trace_names_the_task_of_each_statement() {
     };
     assert_eq!((tasks(3), tasks(6)), (vec![Value::from(1)], vec![Value::from(2)]));
     let printed = stderr(&run(&["run", &file, "--trace"]));
-    assert!(printed.contains(" s task 2       6 | DELAY 0.5\n"), "{printed}");
+    assert!(
+        printed.contains(" s task 2   SIDE     6 | DELAY 0.5\n"),
+        "{printed}"
+    );
     // A program without tasks needs no column for them.
     let alone = directory.file("alone.scol", "PROGRAM M\nDELAY 1\nEND\n");
     let printed = stderr(&run(&["run", &alone, "--trace"]));
@@ -424,4 +427,143 @@ fn points_come_from_a_table_for_check_and_run() {
     for verb in ["check", "run"] {
         expect_code(&run(&[verb, &file, scara[0], scara[1]]), 0);
     }
+}
+
+const CYCLE: &str = "\
+GLOBAL
+  DIM A(3) AS REAL
+  COUNT = 0
+END
+PROGRAM CYCLE
+  ON DIN(4) DO DOUT(7)
+  INPUT IP1, N, A(2)
+  PLACE(N, 30.5)
+  IF COUNT > 1 THEN DOUT(5) ELSE DOUT(6)
+  T = TASK(\"SIDE\")
+  DELAY 2
+  MOVEA 1, 10
+END
+PROGRAM PLACE(ROW, H)
+  COUNT = COUNT + 1
+  MOVE P1 + POINT(0, ROW * 10, H)
+END
+PROGRAM SIDE
+  WAIT DIN(9)
+END
+DATA
+  POINT P1=400,0,200/11111
+END
+";
+
+#[test]
+fn a_trace_tells_what_each_statement_does() {
+    let directory = TempDir::new("binary");
+    let file = directory.file("cycle.scol", CYCLE);
+    let records = format!("ip1={}", directory.file("in.txt", "3,1.5\n"));
+    let words = [
+        "run",
+        &file,
+        "--input",
+        &records,
+        "--at",
+        "0.1 s: input 4 on",
+        "--trace",
+    ];
+    let printed = stderr(&run(&words));
+    for line in [
+        " task 1   CYCLE     6 | ON DIN(4) DO DOUT(7)\n",
+        " task 1   CYCLE     7 | INPUT IP1, N, A(2)\n                                  |   -> N = 3, A(2) = 1.5\n",
+        " task 1   CYCLE     8 | PLACE(N, 30.5)  -> ROW = 3, H = 30.5\n",
+        " task 1   PLACE    15 | COUNT = COUNT + 1  -> COUNT = 1\n",
+        " task 1   PLACE    16 | MOVE P1 + POINT(0, ROW * 10, H)  -> to 400.0 30.0 230.5 0.0 0.0 0.0 0.0 0.0 11111\n",
+        "     0.100 s task 1   CYCLE     6 | ON DIN(4) DO DOUT(7)  -> monitor acts\n",
+        " task 1   CYCLE     9 | IF COUNT > 1 THEN DOUT(5) ELSE DOUT(6)  -> else\n",
+        "                                  |   -> T = 2\n",
+        " task 1   CYCLE    12 | MOVEA 1, 10  -> axis 1 to 10.0\n",
+    ] {
+        assert!(printed.contains(line), "{line}{printed}");
+    }
+    let words: Vec<&str> = words.into_iter().chain(["--json"]).collect();
+    let document = json(&run(&words));
+    let entries: Vec<&Value> = document["trace"].as_array().unwrap().iter().collect();
+    let entry = |line: u64| *entries.iter().find(|entry| entry["line"] == line).unwrap();
+    let assigned = |name: &str, value: Value| serde_json::json!({ "name": name, "value": value });
+    assert_eq!(
+        entry(7)["assigned"],
+        serde_json::json!([assigned("N", 3.into()), assigned("A(2)", 1.5.into())])
+    );
+    assert_eq!(entry(8)["program"], "CYCLE");
+    assert_eq!(entry(15)["program"], "PLACE");
+    assert_eq!(entry(9)["branch"], "else");
+    assert_eq!(
+        entry(16)["target"],
+        serde_json::json!({ "position": [400.0, 30.0, 230.5, 0.0, 0.0, 0.0, 0.0, 0.0, 11111] })
+    );
+    assert_eq!(entry(12)["target"], serde_json::json!({ "axis": 1, "to": 10.0 }));
+    let acts: Vec<&Value> = entries
+        .iter()
+        .filter(|entry| entry["line"] == 6)
+        .map(|entry| &entry["monitor"])
+        .collect();
+    assert_eq!(acts, [&Value::Null, &Value::Bool(true)]);
+}
+
+#[test]
+fn a_profile_says_where_the_cycle_goes() {
+    let directory = TempDir::new("binary");
+    let file = directory.file("cycle.scol", CYCLE);
+    let records = format!("ip1={}", directory.file("in.txt", "3,1.5\n"));
+    let words = ["run", &file, "--input", &records, "--profile"];
+    let printed = stderr(&run(&words));
+    assert!(printed.contains("\ntime of task 1: "), "{printed}");
+    assert!(printed.contains(" %        1     11 | DELAY 2\n"), "{printed}");
+    let words: Vec<&str> = words.into_iter().chain(["--json"]).collect();
+    let document = json(&run(&words));
+    let tasks = document["profile"]["tasks"].as_array().unwrap();
+    let main = &tasks[0];
+    let seconds = document["seconds"].as_f64().unwrap();
+    assert!(
+        (main["seconds"].as_f64().unwrap() - seconds).abs() < 1e-9,
+        "{main}"
+    );
+    let first = &main["statements"][0];
+    assert_eq!(
+        (
+            &first["line"],
+            &first["program"],
+            &first["times"],
+            &first["seconds"]
+        ),
+        (&11.into(), &"CYCLE".into(), &1.into(), &2.0.into())
+    );
+    assert_eq!(main["statements"][1]["program"], "PLACE");
+    assert_eq!(
+        (&tasks[1]["task"], &tasks[1]["statements"][0]["line"]),
+        (&2.into(), &19.into())
+    );
+    assert!(document.get("trace").is_none());
+}
+
+/// After a motion that is not waited for, the time is that of the statement that waits.
+#[test]
+fn time_counts_to_the_statement_that_waits() {
+    let directory = TempDir::new("binary");
+    let source = "PROGRAM M\nENABLE NOWAIT\nMOVEA 1, 30\nDOUT(1)\nWAIT MOTION >= 100\nEND\n";
+    let file = directory.file("wait.scol", source);
+    let document = json(&run(&["run", &file, "--profile", "--json"]));
+    let statements = document["profile"]["tasks"][0]["statements"].as_array().unwrap();
+    let seconds = |line: u64| statements.iter().find(|row| row["line"] == line).unwrap()["seconds"].as_f64();
+    assert_eq!(seconds(3), Some(0.0));
+    assert_eq!(seconds(5), document["seconds"].as_f64());
+}
+
+#[test]
+fn a_trace_names_the_statement_after_an_if_that_waited() {
+    let directory = TempDir::new("binary");
+    let source = "PROGRAM M\nIF 1 == 1 THEN DELAY 1 ELSE DELAY 2\nN = 1\nEND\n";
+    let file = directory.file("if.scol", source);
+    let traced = json(&run(&["run", &file, "--json", "--trace"]));
+    let lines = traced["trace"].as_array().unwrap().iter();
+    let lines: Vec<u64> = lines.map(|entry| entry["line"].as_u64().unwrap()).collect();
+    assert_eq!(lines, [2, 3, 4]);
 }

@@ -14,11 +14,12 @@ use super::serve::list_options;
 use super::watch::{Announcement, watch};
 use crate::config::args::{line_number, seconds, written_file};
 use crate::config::model::ModelChoice;
-use crate::config::{ServeArgs, Settings};
+use crate::config::of_run;
+pub(super) use crate::config::reason;
 use crate::headless::{self, RunEnd, RunError, RunRequest};
 use crate::log::print_error;
-use anyhow::{Context, anyhow, bail};
-use clap::{Args, Parser};
+use anyhow::{Context, bail};
+use clap::Args;
 use scol_mini::Severity;
 use std::collections::{BTreeMap, VecDeque};
 use std::path::{Path, PathBuf};
@@ -73,9 +74,12 @@ pub(super) struct RunArgs {
     /// Longest run in virtual time
     #[arg(long, value_name = "TIME", default_value = "3600s", value_parser = seconds("1us", MAX_TIME))]
     max_time: Duration,
-    /// Print every statement with its time and line to stderr
+    /// Print every statement to stderr with its time and line, the values that it gives, the way of an IF and the target of a motion
     #[arg(long)]
     trace: bool,
+    /// Print where the cycle goes to stderr: the statements by the time that the program was at them
+    #[arg(long)]
+    profile: bool,
     /// Write the executed lines as an lcov tracefile
     #[arg(long, value_name = "FILE", value_parser = written_file())]
     lcov: Option<PathBuf>,
@@ -115,13 +119,6 @@ impl RunArgs {
         let program = std::iter::once(self.file.clone());
         program.chain(records).chain(models).chain(settings).collect()
     }
-}
-
-/// The flags of `serve`, so that a model and an option mean the same here.
-#[derive(Debug, Parser)]
-struct ServeFlags {
-    #[command(flatten)]
-    args: ServeArgs,
 }
 
 /// Runs the program; the exit code. With `--watch` it runs it again and again.
@@ -164,7 +161,11 @@ fn run_once(args: &RunArgs, outdated: &AtomicBool) -> anyhow::Result<u8> {
         return Ok(UNUSABLE);
     }
     let job = request(args, &source, &config)?;
-    let mut screen = show::RunPrinter::new(&source, show::Style::new(args.json, args.watch));
+    let programs = config.compile(&source).program;
+    let programs = programs.iter().flat_map(|program| program.program_lines());
+    let programs = programs.map(|(name, line)| (name.to_owned(), line)).collect();
+    let style = show::Style::new(args.json, args.watch);
+    let mut screen = show::RunPrinter::new(&source, programs, style);
     let report = match headless::run_until(outdated, job, &mut |at, event| screen.show(at, event)) {
         Err(RunError::Interrupted) => return Ok(NEGATIVE),
         Err(RunError::Start(reason)) => {
@@ -195,12 +196,7 @@ pub(super) fn exit_code(end: &RunEnd, input_optional: bool) -> u8 {
 
 /// The controller that runs the program.
 pub(super) fn config(args: &RunArgs) -> anyhow::Result<Config> {
-    let words = args.model.iter().map(|model| format!("--model={model}"));
-    let words = words.chain(args.set.iter().map(|pair| format!("--set={pair}")));
-    let mut served = ServeFlags::try_parse_from(std::iter::once("ts3100 run".to_owned()).chain(words))
-        .map_err(|error| anyhow!("{}", reason(&error)))?;
-    served.args.files.points = args.table();
-    Ok(Settings::from_args(&served.args)?.controller)
+    of_run(args.model.as_deref(), &args.set, args.table())
 }
 
 /// The run of a program without errors.
@@ -215,7 +211,9 @@ pub(super) fn request(args: &RunArgs, source: &str, config: &Config) -> anyhow::
         source: drive_content(source.as_bytes(), config.options.line_end),
         records: read_records(&args.input, is_stdin(&args.file))?,
         lines_on: args.din.clone(),
+        call: None,
         trace: args.trace,
+        profile: args.profile,
         record_lines: args.lcov.is_some(),
         time: args.time,
         max_time: args.max_time,
@@ -255,13 +253,6 @@ fn scenario(args: &RunArgs, name: &str) -> anyhow::Result<Option<Scenario>> {
         scenario.steps.push(step);
     }
     Ok(Some(scenario))
-}
-
-/// What is wrong with a flag, without the usage of another command.
-pub(super) fn reason(error: &clap::Error) -> String {
-    let text = error.to_string();
-    let first = text.split("\n\n").next().unwrap_or_default();
-    first.trim_start_matches("error: ").to_owned()
 }
 
 /// The records of every `--input`.

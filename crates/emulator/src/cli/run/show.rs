@@ -1,18 +1,20 @@
-//! The output of `ts3100 run`: PRINT as lines on stdout, statements and the end on stderr; or everything in one
-//! JSON document.
+//! The output of `ts3100 run`: PRINT as lines on stdout, statements, the table of times and the end on stderr; or everything in
+//! one JSON document.
 //!
 //! The names in the JSON document are a public format. The run itself is [`crate::headless`].
 
 use super::super::output;
 use crate::headless::{RunEnd, RunEvent, RunReport};
+use crate::printed_lines::PrintedLines;
+use crate::profile::{Profile, TaskProfile};
 use serde_json::{Map, Value, json};
 use std::collections::BTreeMap;
+use std::fmt::Write as _;
 use std::time::Duration;
+use ts3100_controller::told::{MotionTarget, StatementDetail, StatementEffect, way_word};
 use ts3100_proto::status::pr::three_decimals;
 use ts3100_recording::scenario::ScenarioOutcome;
 
-/// Longest line held back for its CR, in bytes.
-const MAX_LINE: usize = 65_536;
 /// Coordinates of a position of a SCARA.
 const SCARA_COORDINATES: usize = 5;
 /// Most entries of each list of the JSON document; what is more is counted.
@@ -41,17 +43,20 @@ impl Style {
 
 /// Shows the progress of a run.
 pub(super) struct RunPrinter {
-    /// The lines of the program, for the trace.
-    program: Vec<String>,
+    /// The lines of the file, for the trace.
+    lines: Vec<String>,
+    /// The names of its programs, each with the line of its first statement.
+    programs: Vec<(String, u32)>,
     style: Style,
     /// Channels are named: the program prints on several.
     names_channels: bool,
     /// Tasks are named: the program starts some.
     names_tasks: bool,
-    /// Output of each channel since its last CR.
-    unfinished: BTreeMap<&'static str, (Duration, Vec<u8>)>,
+    unfinished: PrintedLines,
     printed: BoundedList,
     statements: BoundedList,
+    /// The entry of the last statement of each task in that list.
+    last_statements: BTreeMap<u16, usize>,
     /// Actions without effect.
     refused: BoundedList,
     /// Why stdout took no more.
@@ -76,18 +81,20 @@ impl BoundedList {
 }
 
 impl RunPrinter {
-    /// For this program; for JSON everything is kept for the document.
-    pub(super) fn new(source: &str, style: Style) -> RunPrinter {
+    /// For a file with these programs; for JSON everything is kept for the document.
+    pub(super) fn new(source: &str, programs: Vec<(String, u32)>, style: Style) -> RunPrinter {
         let source = source.replace("\r\n", "\n").replace('\r', "\n");
         RunPrinter {
-            program: source.split('\n').map(|line| line.trim().to_owned()).collect(),
+            lines: source.split('\n').map(|line| line.trim().to_owned()).collect(),
+            programs,
             style,
             names_channels: scol_mini::print_channels(&source).len() > 1,
             names_tasks: scol_mini::starts_tasks(&source),
-            unfinished: BTreeMap::new(),
+            unfinished: PrintedLines::default(),
             printed: BoundedList::default(),
             refused: BoundedList::default(),
             statements: BoundedList::default(),
+            last_statements: BTreeMap::new(),
             write_error: None,
         }
     }
@@ -95,34 +102,77 @@ impl RunPrinter {
     /// Shows one thing.
     pub(super) fn show(&mut self, at: Duration, event: RunEvent<'_>) {
         match event {
-            RunEvent::Printed { channel, bytes } => self.add_printed(at, channel, bytes),
-            RunEvent::Statement { line, task } => self.add_statement(at, line, task),
+            RunEvent::Printed { channel, bytes } => {
+                for line in self.unfinished.add(at, channel, bytes) {
+                    self.print_line(at, channel, &line);
+                }
+            }
+            RunEvent::Statement { line, task, detail } => self.add_statement(at, line, task, detail),
             RunEvent::Refused { reason } => self.add_refused(at, reason),
         }
     }
 
-    fn add_statement(&mut self, at: Duration, line: u32, task: u16) {
-        let number = usize::try_from(line).unwrap_or(usize::MAX);
-        let text = self
-            .program
-            .get(number.saturating_sub(1))
-            .map_or("", String::as_str);
+    fn add_statement(&mut self, at: Duration, line: u32, task: u16, detail: &StatementDetail) {
+        let program = self.program(line);
         if self.style != Style::Text {
-            let time = at.as_secs_f64();
-            self.statements
-                .push(|| json!({ "time": time, "task": task, "line": line, "text": text }));
-        } else {
-            // The main program is task 1; its statements bear no number while it is alone.
-            let task = if self.names_tasks {
-                format!(" task {task:<3}")
-            } else {
-                String::new()
-            };
-            output::tell(format_args!(
-                "{:>10.3} s{task} {line:>5} | {text}\n",
-                at.as_secs_f64()
-            ));
+            self.add_received(task, &detail.received);
+            let entry = self.statements.entries.len();
+            let text = self.text(line);
+            let mut document = Map::new();
+            let mut put = |key: &str, value: Value| document.insert(key.to_owned(), value);
+            put("time", json!(at.as_secs_f64()));
+            put("task", json!(task));
+            put("program", json!(program));
+            put("line", json!(line));
+            put("text", json!(text));
+            add_effects(&mut document, &detail.effects);
+            self.statements.push(|| Value::Object(document));
+            self.last_statements.insert(task, entry);
+            return;
         }
+        // The main program is task 1; its statements bear no number while it is alone.
+        let task = match self.names_tasks {
+            true => format!(" task {task:<3}"),
+            false => String::new(),
+        };
+        let width = self.programs.iter().map(|(name, _)| name.len()).max();
+        let width = width.unwrap_or_default();
+        let program = match self.programs.len() {
+            0 | 1 => String::new(),
+            _ => format!(" {program:<width$}"),
+        };
+        let place = format!("{task}{program} {line:>5} | ");
+        if !detail.received.is_empty() {
+            let received = shown_effects(&detail.received);
+            let indent = place.chars().count() - 2;
+            output::tell(format_args!("{:>12}{:indent$}|   -> {received}\n", "", ""));
+        }
+        let effects = match detail.effects.is_empty() {
+            true => String::new(),
+            false => format!("  -> {}", shown_effects(&detail.effects)),
+        };
+        let (at, text) = (at.as_secs_f64(), self.text(line));
+        output::tell(format_args!("{at:>10.3} s{place}{text}{effects}\n"));
+    }
+
+    /// What the last statement of a task got from an answer becomes part of its entry.
+    fn add_received(&mut self, task: u16, received: &[StatementEffect]) {
+        let entry = self.last_statements.get(&task);
+        let entry = entry.and_then(|at| self.statements.entries.get_mut(*at));
+        if let Some(Value::Object(document)) = entry {
+            add_effects(document, received);
+        }
+    }
+
+    fn text(&self, line: u32) -> &str {
+        let at = usize::try_from(line).unwrap_or(usize::MAX).saturating_sub(1);
+        self.lines.get(at).map_or("", String::as_str)
+    }
+
+    /// Name of the program with this line.
+    fn program(&self, line: u32) -> String {
+        let before = self.programs.iter().rev().find(|(_, first)| *first <= line);
+        before.map_or_else(String::new, |(name, _)| name.clone())
     }
 
     fn add_refused(&mut self, at: Duration, reason: &str) {
@@ -134,24 +184,7 @@ impl RunPrinter {
         }
     }
 
-    fn add_printed(&mut self, at: Duration, channel: &'static str, bytes: &[u8]) {
-        let (_, mut rest) = self.unfinished.remove(channel).unwrap_or_default();
-        rest.extend_from_slice(bytes);
-        while let Some(end) = rest.iter().position(|byte| *byte == b'\r') {
-            let line: Vec<u8> = rest.drain(..=end).take(end).collect();
-            self.print_line(at, channel, &line);
-        }
-        if rest.len() > MAX_LINE {
-            self.print_line(at, channel, &rest);
-            rest.clear();
-        }
-        if !rest.is_empty() {
-            self.unfinished.insert(channel, (at, rest));
-        }
-    }
-
-    fn print_line(&mut self, at: Duration, channel: &'static str, line: &[u8]) {
-        let text = String::from_utf8_lossy(line);
+    fn print_line(&mut self, at: Duration, channel: &'static str, text: &str) {
         if self.style != Style::Text {
             let time = at.as_secs_f64();
             self.printed
@@ -173,7 +206,7 @@ impl RunPrinter {
     /// # Errors
     /// Stdout does not take it.
     pub(super) fn finish(mut self, report: &RunReport) -> anyhow::Result<()> {
-        for (channel, (at, rest)) in std::mem::take(&mut self.unfinished) {
+        for (channel, at, rest) in self.unfinished.take() {
             self.print_line(at, channel, &rest);
         }
         if let Some(error) = self.write_error {
@@ -205,8 +238,80 @@ impl RunPrinter {
         for failure in failures(report) {
             out += &format!("scenario: {failure}\n");
         }
+        if let Some(profile) = &report.profile {
+            self.add_table(profile, report.duration, &mut out);
+        }
         output::tell(out);
         Ok(())
+    }
+
+    /// Where the cycle goes: the statements of each task by their time.
+    fn add_table(&self, profile: &Profile, duration: Duration, out: &mut String) {
+        let tasks = profile.tasks();
+        // Writing into memory cannot fail.
+        for TaskProfile {
+            task,
+            time,
+            statements,
+        } in &tasks
+        {
+            let of = if tasks.len() > 1 {
+                format!(" of task {task}")
+            } else {
+                String::new()
+            };
+            let _ = writeln!(out, "\ntime{of}: {:.3} s", time.as_secs_f64());
+            let _ = writeln!(out, "{:>12} {:>7} {:>8} {:>6}", "time", "share", "times", "line");
+            let (slow, quick): (Vec<_>, Vec<_>) =
+                statements.iter().partition(|(_, spent)| !spent.time.is_zero());
+            for (line, spent) in slow {
+                let (seconds, share) = (spent.time.as_secs_f64(), share(spent.time, duration) * 100.0);
+                let (times, text) = (spent.times, self.text(line));
+                let _ = writeln!(
+                    out,
+                    "{seconds:>10.3} s {share:>5.1} % {times:>8} {line:>6} | {text}"
+                );
+            }
+            if !quick.is_empty() {
+                let times: u64 = quick.iter().map(|(_, spent)| spent.times).sum();
+                let _ = writeln!(
+                    out,
+                    "{:>10.3} s {:>5.1} % {times:>8}        | {} other statements",
+                    0.0,
+                    0.0,
+                    quick.len()
+                );
+            }
+        }
+        if !profile.stopped.is_zero() {
+            let _ = writeln!(out, "\nstopped: {:.3} s", profile.stopped.as_secs_f64());
+        }
+    }
+
+    /// The same for programs.
+    fn table_document(&self, profile: &Profile, duration: Duration) -> Value {
+        let tasks = profile.tasks().into_iter().map(
+            |TaskProfile {
+                 task,
+                 time,
+                 statements,
+             }| {
+                let statements = statements.into_iter().map(|(line, spent)| {
+                    json!({
+                        "line": line,
+                        "program": self.program(line),
+                        "text": self.text(line),
+                        "times": spent.times,
+                        "seconds": spent.time.as_secs_f64(),
+                        "share": rounded(share(spent.time, duration)),
+                    })
+                });
+                let statements: Vec<Value> = statements.collect();
+                json!({ "task": task, "seconds": time.as_secs_f64(), "statements": statements })
+            },
+        );
+        let tasks: Vec<Value> = tasks.collect();
+        json!({ "tasks": tasks, "stoppedSeconds": profile.stopped.as_secs_f64() })
     }
 
     fn document(&self, report: &RunReport) -> Value {
@@ -236,8 +341,66 @@ impl RunPrinter {
             put("trace", json!(self.statements.entries));
             put("traceLeftOut", json!(self.statements.left_out));
         }
+        if let Some(profile) = &report.profile {
+            put("profile", self.table_document(profile, report.duration));
+        }
         Value::Object(document)
     }
+}
+
+/// Part of the duration of the run.
+fn share(time: Duration, duration: Duration) -> f64 {
+    if duration.is_zero() {
+        return 0.0;
+    }
+    time.as_secs_f64() / duration.as_secs_f64()
+}
+
+fn shown_effects(effects: &[StatementEffect]) -> String {
+    let effects: Vec<String> = effects.iter().map(ToString::to_string).collect();
+    effects.join(", ")
+}
+
+/// Adds what a statement did to its entry.
+fn add_effects(entry: &mut Map<String, Value>, effects: &[StatementEffect]) {
+    for effect in effects {
+        let (key, value) = match effect {
+            StatementEffect::Assigned { name, values } => {
+                let assigned = json!({ "name": name, "value": numbers(values) });
+                let list = entry.entry("assigned").or_insert_with(|| json!([]));
+                if let Value::Array(list) = list {
+                    list.push(assigned);
+                }
+                continue;
+            }
+            StatementEffect::Branch(way) => ("branch", json!(way_word(*way))),
+            StatementEffect::Target(MotionTarget::Position { via: None, end }) => {
+                ("target", json!({ "position": numbers(end) }))
+            }
+            StatementEffect::Target(MotionTarget::Position { via: Some(via), end }) => {
+                ("target", json!({ "position": numbers(end), "via": numbers(via) }))
+            }
+            StatementEffect::Target(MotionTarget::Axis { axis, value, by }) => {
+                let key = if *by { "by" } else { "to" };
+                ("target", json!({ "axis": axis, key: number(value) }))
+            }
+            StatementEffect::Target(MotionTarget::Origin) => ("target", json!({ "origin": true })),
+            StatementEffect::Monitor => ("monitor", json!(true)),
+        };
+        entry.insert(key.to_owned(), value);
+    }
+}
+
+/// One number alone, several as a list.
+fn numbers(values: &[String]) -> Value {
+    match values {
+        [only] => number(only),
+        several => several.iter().map(|value| number(value)).collect(),
+    }
+}
+
+fn number(text: &str) -> Value {
+    serde_json::from_str(text).unwrap_or_else(|_| Value::from(text))
 }
 
 /// Expectations of the scenario that were not met, a line each.
@@ -266,29 +429,21 @@ fn configuration(report: &RunReport) -> String {
     }
 }
 
-/// A word for programs and a sentence for people.
+/// A word for programs, and a sentence for people with what to do about it.
 pub(in super::super) fn describe_end(ending: &RunEnd) -> (&'static str, String) {
-    match ending {
-        RunEnd::End => ("end", "ended".to_owned()),
-        RunEnd::Stopped { line } => ("stopped", format!("stopped, line {line} is next")),
-        RunEnd::OutOfInput { channel, line } => (
-            "out-of-input",
-            format!("INPUT at line {line} waits: all records of {channel} are used"),
-        ),
-        RunEnd::NoInput { channel, line } => {
+    let sentence = ending.sentence();
+    let words = match ending {
+        RunEnd::NoInput { channel, .. } => {
             let flag = channel.to_ascii_lowercase();
-            let words =
-                format!("INPUT {channel} at line {line} waits; give it records with --input {flag}=FILE");
-            ("no-input", words)
+            format!("{sentence}; give it records with --input {flag}=FILE")
         }
-        RunEnd::PowerOff => ("power-off", "stopped: the power was turned off".to_owned()),
-        RunEnd::Alarm { number, text } => ("alarm", format!("alarm {number} {text}")),
-        RunEnd::Blocked { line } => (
-            "stuck",
-            format!(
-                "line {line} waits for a condition that can no longer become true; set inputs with --din or --at"
-            ),
-        ),
-        RunEnd::TimeUp { line } => ("time-up", format!("stopped at line {line} after --max-time")),
-    }
+        RunEnd::Blocked { .. } => format!("{sentence}; set inputs with --din or --at"),
+        RunEnd::TimeUp { .. } => format!("{sentence} after --max-time"),
+        RunEnd::End
+        | RunEnd::Stopped { .. }
+        | RunEnd::OutOfInput { .. }
+        | RunEnd::PowerOff
+        | RunEnd::Alarm { .. } => sentence,
+    };
+    (ending.word(), words)
 }
