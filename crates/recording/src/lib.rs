@@ -18,6 +18,7 @@ pub mod diff;
 mod every_event;
 pub mod faults;
 mod player;
+pub mod program_test;
 pub mod replay;
 pub mod reports;
 pub mod scenario;

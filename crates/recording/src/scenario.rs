@@ -8,7 +8,7 @@ mod action;
 pub mod keys;
 mod play;
 mod progress;
-mod read;
+pub(crate) mod read;
 mod results;
 
 pub use action::{CHANNEL_ACTIONS, ScenarioAction, ScenarioActionError};

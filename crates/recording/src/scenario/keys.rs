@@ -20,6 +20,12 @@ pub enum KeyValue {
     Lines,
     /// One of these words.
     Words(&'static [&'static str]),
+    /// A number.
+    Number,
+    /// A table of variables, each with a number or a list of numbers.
+    Variables,
+    /// The name of a point, or a list of numbers.
+    Place,
     /// The table of this name.
     Table,
     /// Tables of this name.
@@ -34,7 +40,7 @@ pub struct Key {
     pub meaning: &'static str,
 }
 
-const fn key(name: &'static str, value: KeyValue) -> Key {
+pub(crate) const fn key(name: &'static str, value: KeyValue) -> Key {
     Key {
         name,
         value,
@@ -43,7 +49,7 @@ const fn key(name: &'static str, value: KeyValue) -> Key {
 }
 
 impl Key {
-    const fn means(self, meaning: &'static str) -> Key {
+    pub(crate) const fn means(self, meaning: &'static str) -> Key {
         Key { meaning, ..self }
     }
 }
@@ -156,6 +162,8 @@ mod tests {
                 Some(&"teaching") => ("\"teaching\"", &["\"Teaching\"", "3"]),
                 _ => ("\"sig\"", &["\"SIG\"", "3"]),
             },
+            // No scenario has these.
+            KeyValue::Number | KeyValue::Variables | KeyValue::Place => ("", &[]),
             KeyValue::Table | KeyValue::Tables => ("", &["3"]),
         }
     }

@@ -2,7 +2,7 @@
 //! `action`, conditions by the controller.
 
 use super::action::{ScenarioAction, ScenarioActionError};
-use super::keys::TABLES;
+use super::keys::{TABLES, Table};
 use super::{Expectation, ExpectationKind, MAX_BYTES, MAX_ENTRIES, Scenario, Start, Step, StepTrigger};
 use crate::table_error::{TableError, line_of};
 use std::fmt::Display;
@@ -49,8 +49,8 @@ pub enum StepParseError {
     Action(#[from] ScenarioActionError),
 }
 
-type ReadResult<T> = Result<T, TableError>;
-type Value<'a> = Spanned<DeValue<'a>>;
+pub(crate) type ReadResult<T> = Result<T, TableError>;
+pub(crate) type Value<'a> = Spanned<DeValue<'a>>;
 
 impl Scenario {
     /// Reads a file; paths in it are relative to it.
@@ -114,7 +114,7 @@ fn syntax_error(text: &str, error: toml::de::Error) -> TableError {
 }
 
 fn scenario(origin: &Path, text: &str, table: &DeTable<'_>) -> ReadResult<Scenario> {
-    check_keys("", table)?;
+    check_keys(&TABLES, "", table)?;
     let stem = origin.file_stem().map(|stem| stem.to_string_lossy().into_owned());
     let mut scenario = Scenario {
         file: origin.to_path_buf(),
@@ -125,13 +125,19 @@ fn scenario(origin: &Path, text: &str, table: &DeTable<'_>) -> ReadResult<Scenar
     };
     if let Some(start) = table.get("start") {
         let folder = origin.parent().unwrap_or(Path::new(""));
-        scenario.start = parse_start(folder, sub_table("start", start)?)?;
+        scenario.start = parse_start(folder, sub_table(&TABLES, "start", start)?)?;
     }
-    for entry in entries("do", table)? {
+    entries_of(text, table, &mut scenario)?;
+    Ok(scenario)
+}
+
+/// Reads what happens and what is expected: the entries `[[do]]`, `[[expect]]` and `[[never]]` of a table.
+pub(crate) fn entries_of(text: &str, table: &DeTable<'_>, scenario: &mut Scenario) -> ReadResult<()> {
+    for entry in entries(&TABLES, "do", table)? {
         scenario.steps.push(step(text, entry)?);
     }
     for kind in ["expect", "never"] {
-        for entry in entries(kind, table)? {
+        for entry in entries(&TABLES, kind, table)? {
             scenario.expectations.push(expectation(kind, text, entry)?);
         }
     }
@@ -143,18 +149,22 @@ fn scenario(origin: &Path, text: &str, table: &DeTable<'_>) -> ReadResult<Scenar
             format!("expected at most {MAX_ENTRIES} entries, found {count}"),
         ));
     }
-    Ok(scenario)
+    Ok(())
 }
 
 /// The entries `[[name]]`, each with its place.
-fn entries<'a>(name: &str, table: &'a DeTable<'a>) -> ReadResult<Vec<(Range<usize>, &'a DeTable<'a>)>> {
+pub(crate) fn entries<'a>(
+    tables: &[Table],
+    name: &str,
+    table: &'a DeTable<'a>,
+) -> ReadResult<Vec<(Range<usize>, &'a DeTable<'a>)>> {
     let Some(value) = table.get(name) else {
         return Ok(Vec::new());
     };
     let DeValue::Array(array) = value.get_ref() else {
         return Err(expected(value, &format!("tables [[{name}]]")));
     };
-    let entry = |value: &'a Value<'a>| Ok((value.span(), sub_table(name, value)?));
+    let entry = |value: &'a Value<'a>| Ok((value.span(), sub_table(tables, name, value)?));
     array.iter().map(entry).collect()
 }
 
@@ -252,17 +262,21 @@ fn expectation(
     })
 }
 
-fn sub_table<'a>(name: &str, value: &'a Value<'a>) -> ReadResult<&'a DeTable<'a>> {
+pub(crate) fn sub_table<'a>(
+    tables: &[Table],
+    name: &str,
+    value: &'a Value<'a>,
+) -> ReadResult<&'a DeTable<'a>> {
     let DeValue::Table(table) = value.get_ref() else {
         return Err(expected(value, &format!("a table [{name}]")));
     };
-    check_keys(name, table)?;
+    check_keys(tables, name, table)?;
     Ok(table)
 }
 
 /// Every key of the table is one of those of its name.
-fn check_keys(name: &str, table: &DeTable<'_>) -> ReadResult<()> {
-    let rows = TABLES.iter().filter(|row| row.name == name);
+pub(crate) fn check_keys(tables: &[Table], name: &str, table: &DeTable<'_>) -> ReadResult<()> {
+    let rows = tables.iter().filter(|row| row.name == name);
     let keys: Vec<&str> = rows.flat_map(|row| row.keys).map(|key| key.name).collect();
     for (key, _) in table {
         let found = key.get_ref();
@@ -281,11 +295,11 @@ fn check_keys(name: &str, table: &DeTable<'_>) -> ReadResult<()> {
     Ok(())
 }
 
-fn missing(span: Range<usize>, keys: &str, table: &str, found: &str) -> TableError {
+pub(crate) fn missing(span: Range<usize>, keys: &str, table: &str, found: &str) -> TableError {
     TableError(span, format!("expected {keys} in [[{table}]], found {found}"))
 }
 
-fn expected(value: &Value<'_>, what: &str) -> TableError {
+pub(crate) fn expected(value: &Value<'_>, what: &str) -> TableError {
     let found = match value.get_ref() {
         DeValue::String(text) => format!("`{text}`"),
         DeValue::Integer(number) => number.to_string(),
@@ -298,11 +312,11 @@ fn expected(value: &Value<'_>, what: &str) -> TableError {
     TableError(value.span(), format!("expected {what}, found {found}"))
 }
 
-fn wrong_words(value: &Value<'_>, error: impl Display) -> TableError {
+pub(crate) fn wrong_words(value: &Value<'_>, error: impl Display) -> TableError {
     TableError(value.span(), error.to_string())
 }
 
-fn action(value: &Value<'_>, words: &str) -> ReadResult<ScenarioAction> {
+pub(crate) fn action(value: &Value<'_>, words: &str) -> ReadResult<ScenarioAction> {
     ScenarioAction::parse(words).map_err(|error| wrong_words(value, error))
 }
 
@@ -310,21 +324,21 @@ fn word<T: Word>(value: &Value<'_>) -> ReadResult<T> {
     T::read(&string(value)?).map_err(|error| wrong_words(value, error))
 }
 
-fn string(value: &Value<'_>) -> ReadResult<String> {
+pub(crate) fn string(value: &Value<'_>) -> ReadResult<String> {
     let DeValue::String(text) = value.get_ref() else {
         return Err(expected(value, "text"));
     };
     Ok(text.as_ref().to_owned())
 }
 
-fn array<'a>(value: &'a Value<'a>) -> ReadResult<&'a [Value<'a>]> {
+pub(crate) fn array<'a>(value: &'a Value<'a>) -> ReadResult<&'a [Value<'a>]> {
     let DeValue::Array(array) = value.get_ref() else {
         return Err(expected(value, "an array"));
     };
     Ok(array)
 }
 
-fn whole(value: &Value<'_>) -> ReadResult<u32> {
+pub(crate) fn whole(value: &Value<'_>) -> ReadResult<u32> {
     if let DeValue::Integer(number) = value.get_ref()
         && let Ok(number) = u32::from_str_radix(number.as_str(), number.radix())
     {
@@ -338,7 +352,7 @@ fn condition(value: &Value<'_>) -> ReadResult<Condition> {
     condition.map_err(|error: ConditionParseError| wrong_words(value, error))
 }
 
-fn duration(value: &Value<'_>) -> ReadResult<Duration> {
+pub(crate) fn duration(value: &Value<'_>) -> ReadResult<Duration> {
     if let DeValue::Integer(number) = value.get_ref() {
         let reason = format!("expected a time with its unit, found {number}; write \"{number} s\"");
         return Err(TableError(value.span(), reason));

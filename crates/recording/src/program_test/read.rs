@@ -1,0 +1,417 @@
+//! Reads a file of tests (TOML): unknown keys are errors, and every message names line and column.
+
+use super::keys::{ENDINGS, TABLES};
+use super::{ENDING, LIMIT, MAX_BYTES, MAX_TESTS, Place, Placed, ProgramTest, TestFile, TestPosition, Then};
+use crate::scenario::read::{
+    ReadResult, Value, action, array, check_keys, duration, entries, entries_of, expected, missing, string,
+    sub_table, whole, wrong_words,
+};
+use crate::scenario::{Scenario, Start, Step};
+use crate::table_error::{TableError, column_of, line_of};
+use std::collections::{BTreeMap, BTreeSet};
+use std::ops::Range;
+use std::path::{Path, PathBuf};
+use toml::de::{DeTable, DeValue};
+use ts3100_driver::files::{self, PathError, cannot};
+use ts3100_proto::words::UnexpectedWord;
+
+/// Why a file of tests cannot be run.
+#[derive(Debug, thiserror::Error)]
+pub enum ProgramTestError {
+    /// The file.
+    #[error(transparent)]
+    Io(#[from] PathError),
+    #[error("{}:{}:{}: {reason}", path.display(), place.line, place.column)]
+    Content {
+        path: PathBuf,
+        place: Place,
+        reason: String,
+    },
+}
+
+impl TestFile {
+    /// Reads a file; paths in it are relative to it.
+    ///
+    /// # Errors
+    /// [`ProgramTestError`], with line and column.
+    pub fn read(path: &Path) -> Result<TestFile, ProgramTestError> {
+        let text = files::read_text(path, MAX_BYTES).map_err(cannot("read the tests", path))?;
+        TestFile::parse(path, &text)
+    }
+
+    /// Reads the tests of a text; `path` is its file.
+    ///
+    /// # Errors
+    /// [`ProgramTestError`], with line and column.
+    pub fn parse(path: &Path, text: &str) -> Result<TestFile, ProgramTestError> {
+        let read = DeTable::parse(text).map_err(TableError::from);
+        let read = read.and_then(|table| Reader { path, text }.file(table.get_ref()));
+        read.map_err(|TableError(span, reason)| ProgramTestError::Content {
+            path: path.to_path_buf(),
+            place: place(text, span.start),
+            reason,
+        })
+    }
+}
+
+fn place(text: &str, at: usize) -> Place {
+    Place {
+        line: line_of(text, at),
+        column: column_of(text, at),
+    }
+}
+
+/// The file that is read.
+struct Reader<'a> {
+    path: &'a Path,
+    text: &'a str,
+}
+
+impl Reader<'_> {
+    fn file(&self, table: &DeTable<'_>) -> ReadResult<TestFile> {
+        check_keys(&TABLES, "", table)?;
+        let beside = |name: String| self.path.with_file_name(name);
+        let program = match table.get("program") {
+            Some(value) => beside(string(value)?),
+            None => self.program(),
+        };
+        let mut tests = Vec::new();
+        let mut names = BTreeSet::new();
+        for (span, entry) in entries(&TABLES, "test", table)? {
+            let test = self.test(span.clone(), entry)?;
+            if !names.insert(test.name.clone()) {
+                return Err(TableError(
+                    span,
+                    format!("the test `{}` appears twice", test.name),
+                ));
+            }
+            tests.push(test);
+        }
+        if tests.is_empty() {
+            return Err(TableError(
+                0..0,
+                "expected entries [[test]], found none".to_owned(),
+            ));
+        }
+        if tests.len() > MAX_TESTS {
+            let reason = format!("expected at most {MAX_TESTS} tests, found {}", tests.len());
+            return Err(TableError(0..0, reason));
+        }
+        let options = table.get("options").map(texts).transpose()?;
+        Ok(TestFile {
+            path: self.path.to_path_buf(),
+            program,
+            model: table.get("model").map(string).transpose()?,
+            points: table.get("points").map(string).transpose()?.map(beside),
+            options: options.unwrap_or_default(),
+            tests,
+        })
+    }
+
+    /// The program of the same name.
+    fn program(&self) -> PathBuf {
+        let name = self.path.file_name().unwrap_or_default().to_string_lossy();
+        let stem = name
+            .strip_suffix(ENDING)
+            .or(name.strip_suffix(".toml"))
+            .unwrap_or(&name);
+        self.path.with_file_name(format!("{stem}.scol"))
+    }
+
+    fn test(&self, span: Range<usize>, table: &DeTable<'_>) -> ReadResult<ProgramTest> {
+        let Some(name) = table.get("name") else {
+            return Err(missing(span, "`name`", "test", "none"));
+        };
+        let name = string(name)?;
+        let mut scenario = Scenario {
+            file: self.path.to_path_buf(),
+            name: name.clone(),
+            ..Scenario::default()
+        };
+        let mut records = BTreeMap::new();
+        if let Some(given) = table.get("given") {
+            (scenario.start, records) = given_state(sub_table(&TABLES, "test.given", given)?)?;
+        }
+        if let Some(list) = table.get("at") {
+            for value in array(list)? {
+                let step = Step::parse(&string(value)?).map_err(|error| wrong_words(value, error))?;
+                let line = line_of(self.text, value.span().start);
+                scenario.steps.push(Step { line, ..step });
+            }
+        }
+        entries_of(self.text, table, &mut scenario)?;
+        let then = table.get("then");
+        let then = then.map(|then| self.then(sub_table(&TABLES, "test.then", then)?));
+        let call = table.get("call").map(|value| self.placed(value, string(value)?));
+        Ok(ProgramTest {
+            name,
+            place: place(self.text, span.start),
+            call: call.transpose()?,
+            records,
+            scenario,
+            limit: table.get("limit").map_or(Ok(LIMIT), duration)?,
+            then: then.transpose()?.unwrap_or_default(),
+        })
+    }
+
+    fn then(&self, table: &DeTable<'_>) -> ReadResult<Then> {
+        let mut then = Then::default();
+        if let Some(value) = table.get("printed") {
+            for (channel, value) in sub_table(&TABLES, "test.then.printed", value)? {
+                let lines = self.placed(value, texts(value)?)?;
+                then.printed.insert(channel.get_ref().to_ascii_uppercase(), lines);
+            }
+        }
+        for (key, on) in [("outputs-on", true), ("outputs-off", false)] {
+            for value in table.get(key).map(array).transpose()?.unwrap_or_default() {
+                let line = whole(value)?;
+                // What is no line is said as in an action.
+                action(value, &format!("output {line} on"))?;
+                let line = u16::try_from(line).map_err(|error| wrong_words(value, error))?;
+                then.outputs.push(self.placed(value, (line, on))?);
+            }
+        }
+        if let Some(value) = table.get("variables") {
+            for (name, value) in variables(value)? {
+                let numbers = reals(value)?;
+                then.variables.push(self.placed(value, (name, numbers))?);
+            }
+        }
+        if let Some(value) = table.get("position") {
+            let position = if let DeValue::String(name) = value.get_ref() {
+                TestPosition::Named(name.to_string())
+            } else if let DeValue::Array(_) = value.get_ref() {
+                TestPosition::Coordinates(reals(value)?)
+            } else {
+                return Err(expected(value, "the name of a point or a list of coordinates"));
+            };
+            then.position = Some(self.placed(value, position)?);
+        }
+        if let Some(value) = table.get("tolerance") {
+            let tolerance = number(value)?.parse().ok();
+            let tolerance = tolerance.filter(|tolerance: &f64| *tolerance >= 0.0 && tolerance.is_finite());
+            let tolerance =
+                tolerance.ok_or_else(|| expected(value, "a number of mm and degrees, 0 or more"))?;
+            if then.position.is_none() {
+                let reason = "expected `position` with `tolerance`, found `tolerance` alone".to_owned();
+                return Err(TableError(value.span(), reason));
+            }
+            then.tolerance = Some(tolerance);
+        }
+        if let Some(value) = table.get("alarm") {
+            let alarm = string(value)?;
+            action(value, &format!("alarms raise {alarm}"))?;
+            then.alarm = Some(self.placed(value, alarm)?);
+        }
+        if let Some(value) = table.get("within") {
+            then.within = Some(self.placed(value, duration(value)?)?);
+        }
+        if let Some(value) = table.get("ending") {
+            let ending = string(value)?;
+            if !ENDINGS.contains(&ending.as_str()) {
+                let wanted = format!("one of {}", ENDINGS.join(", "));
+                return Err(wrong_words(value, UnexpectedWord::new(wanted, &ending)));
+            }
+            if then.alarm.is_some() && ending != "alarm" {
+                let reason = format!("expected `ending = \"alarm\"` with `alarm`, found `{ending}`");
+                return Err(TableError(value.span(), reason));
+            }
+            then.ending = Some(self.placed(value, ending)?);
+        }
+        Ok(then)
+    }
+
+    fn placed<T>(&self, value: &Value<'_>, content: T) -> ReadResult<Placed<T>> {
+        Ok(Placed {
+            place: place(self.text, value.span().start),
+            value: content,
+        })
+    }
+}
+
+/// The state before the start, and the records by channel.
+fn given_state(table: &DeTable<'_>) -> ReadResult<(Start, BTreeMap<String, Vec<String>>)> {
+    let mut start = Start::default();
+    for value in table.get("inputs").map(array).transpose()?.unwrap_or_default() {
+        start
+            .actions
+            .push(action(value, &format!("input {} on", whole(value)?))?);
+    }
+    if let Some(value) = table.get("variables") {
+        for (name, value) in variables(value)? {
+            let words = format!("variable {name} {}", numbers(value)?.join(" "));
+            start.actions.push(action(value, &words)?);
+        }
+    }
+    let mut records = BTreeMap::new();
+    if let Some(value) = table.get("records") {
+        for (channel, value) in sub_table(&TABLES, "test.given.records", value)? {
+            records.insert(channel.get_ref().to_ascii_uppercase(), texts(value)?);
+        }
+    }
+    Ok((start, records))
+}
+
+fn texts(value: &Value<'_>) -> ReadResult<Vec<String>> {
+    array(value)?.iter().map(string).collect()
+}
+
+/// The variables of a table, whose keys are names.
+fn variables<'a>(value: &'a Value<'a>) -> ReadResult<Vec<(String, &'a Value<'a>)>> {
+    let DeValue::Table(table) = value.get_ref() else {
+        return Err(expected(
+            value,
+            "variables with their values, as in { COUNT = 3 }",
+        ));
+    };
+    let pairs = table
+        .iter()
+        .map(|(name, value)| (name.get_ref().to_string(), value));
+    Ok(pairs.collect())
+}
+
+/// The words of one number or of a list.
+fn numbers(value: &Value<'_>) -> ReadResult<Vec<String>> {
+    if let DeValue::Array(list) = value.get_ref() {
+        return list.iter().map(number).collect();
+    }
+    Ok(vec![number(value)?])
+}
+
+/// The same as numbers.
+fn reals(value: &Value<'_>) -> ReadResult<Vec<f64>> {
+    let numbers = numbers(value)?;
+    let reals = numbers.iter().map(|number| number.parse());
+    let reals: Result<Vec<f64>, _> = reals.collect();
+    reals.map_err(|error| wrong_words(value, error))
+}
+
+fn number(value: &Value<'_>) -> ReadResult<String> {
+    if let DeValue::Integer(number) = value.get_ref()
+        && number.radix() == 10
+    {
+        return Ok(number.as_str().to_owned());
+    }
+    if let DeValue::Float(number) = value.get_ref() {
+        return Ok(number.as_str().to_owned());
+    }
+    Err(expected(value, "a number"))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::program_test::LIMIT;
+    use crate::scenario::keys::KeyValue;
+
+    fn read(text: &str) -> Result<TestFile, String> {
+        TestFile::parse(Path::new("cell/pick.test.toml"), text).map_err(|error| error.to_string())
+    }
+
+    /// A value that a key accepts, and some that it must refuse.
+    fn examples(value: KeyValue) -> (&'static str, &'static [&'static str]) {
+        match value {
+            KeyValue::Text => ("\"2-046\"", &["3", "[\"A\"]"]),
+            KeyValue::Texts => ("[\"1 s: servo on\"]", &["\"A\"", "[3]"]),
+            KeyValue::Time => ("\"1.5 s\"", &["3", "\"3\""]),
+            KeyValue::Lines => ("[5]", &["5", "[\"5\"]", "[65]", "[-1]"]),
+            KeyValue::Words(_) => ("\"alarm\"", &["\"alarms\"", "3"]),
+            KeyValue::Number => ("0.5", &["\"1\"", "-1", "nan"]),
+            KeyValue::Variables => (
+                "{ A = 1, \"B(2)\" = [1.5, 2] }",
+                &["3", "{ A = \"1\" }", "{ A = true }"],
+            ),
+            KeyValue::Place => ("\"P1\"", &["3", "[\"A\"]"]),
+            KeyValue::Table | KeyValue::Tables => ("", &["3"]),
+            KeyValue::Condition | KeyValue::Actions | KeyValue::Flag | KeyValue::Whole(_) => ("", &[]),
+        }
+    }
+
+    /// What the rows say, which the schema is made from, holds for the reader.
+    #[test]
+    fn a_key_accepts_what_its_row_says() {
+        for table in TABLES {
+            for key in table.keys {
+                let with = |value: &str| {
+                    let name = if key.name == "name" { "" } else { "name = \"x\"\n" };
+                    let place = if key.name == "tolerance" {
+                        "position = \"P\"\n"
+                    } else {
+                        ""
+                    };
+                    let line = format!("{} = {value}\n", key.name);
+                    read(&match table.name {
+                        "" => format!("{line}[[test]]\n{name}"),
+                        "test" => format!("[[test]]\n{name}{line}"),
+                        inner => format!("[[test]]\n{name}[{inner}]\n{place}{line}"),
+                    })
+                };
+                let (right, wrong) = examples(key.value);
+                if !right.is_empty() {
+                    let found = with(right);
+                    assert!(
+                        found.is_ok(),
+                        "[{}] {} = {right}: {found:?}",
+                        table.name,
+                        key.name
+                    );
+                }
+                for wrong in wrong {
+                    assert!(with(wrong).is_err(), "[{}] {} = {wrong}", table.name, key.name);
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn a_test_without_more_has_defaults() {
+        let file = read("[[test]]\nname = \"x\"\n").unwrap();
+        assert_eq!(file.program, Path::new("cell/pick.scol"));
+        let test = &file.tests[0];
+        assert_eq!(
+            (test.limit, &test.then, &test.call),
+            (LIMIT, &Then::default(), &None)
+        );
+        let named = read("program = \"a.scol\"\npoints = \"p.csv\"\n[[test]]\nname = \"x\"\n").unwrap();
+        assert_eq!(named.program, Path::new("cell/a.scol"));
+        assert_eq!(named.points, Some("cell/p.csv".into()));
+    }
+
+    #[test]
+    fn what_is_wrong_has_a_line_and_a_column() {
+        for (text, message) in [
+            ("", "1:1: expected entries [[test]], found none"),
+            (
+                "[[test]]\nnam = \"x\"",
+                "2:1: unknown key `nam` in [test]; did you mean `name`?",
+            ),
+            (
+                "[[test]]\ncall = \"A()\"",
+                "1:1: expected `name` in [[test]], found none",
+            ),
+            (
+                "[[test]]\nname = \"x\"\nthen.printd.tp = []",
+                "3:6: unknown key `printd` in [test.then]; did you mean `printed`?",
+            ),
+            (
+                "[[test]]\nname = \"x\"\nthen.tolerance = 1",
+                "3:18: expected `position` with `tolerance`, found `tolerance` alone",
+            ),
+            (
+                "[[test]]\nname = \"x\"\nthen = { alarm = \"2-046\", ending = \"end\" }",
+                "3:36: expected `ending = \"alarm\"` with `alarm`, found `end`",
+            ),
+            (
+                "[[test]]\nname = \"x\"\n[[test.do]]\nwhen = \"output 5 on\"",
+                "3:1: expected `actions` in [[do]], found none",
+            ),
+            ("[[test]]\nname = ", "2:8: "),
+        ] {
+            let error = read(text).unwrap_err();
+            assert!(
+                error.starts_with(&format!("cell/pick.test.toml:{message}")),
+                "{error}"
+            );
+        }
+    }
+}
