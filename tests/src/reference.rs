@@ -6,6 +6,7 @@
 mod command_line;
 mod configuration;
 mod controller;
+mod cookbook;
 mod faults;
 mod protocol;
 mod survey;
@@ -120,6 +121,11 @@ pub const REGIONS: &[Region] = &[
         text: configuration::scenario_keys,
     },
     Region {
+        page: "reference/scol/test.md",
+        name: "test-keys",
+        text: configuration::test_keys,
+    },
+    Region {
         page: "reference/faults.md",
         name: "fault-keys",
         text: configuration::fault_keys,
@@ -138,6 +144,46 @@ pub const REGIONS: &[Region] = &[
         page: "explanation/variation.md",
         name: "variations",
         text: controller::variations,
+    },
+    Region {
+        page: cookbook::PAGE,
+        name: "pallet",
+        text: cookbook::pallet,
+    },
+    Region {
+        page: cookbook::PAGE,
+        name: "vision",
+        text: cookbook::vision,
+    },
+    Region {
+        page: cookbook::PAGE,
+        name: "two_tasks",
+        text: cookbook::two_tasks,
+    },
+    Region {
+        page: cookbook::PAGE,
+        name: "monitors",
+        text: cookbook::monitors,
+    },
+    Region {
+        page: cookbook::PAGE,
+        name: "recovery",
+        text: cookbook::recovery,
+    },
+    Region {
+        page: cookbook::PAGE,
+        name: "subprograms",
+        text: cookbook::subprograms,
+    },
+    Region {
+        page: cookbook::PAGE,
+        name: "hand",
+        text: cookbook::hand,
+    },
+    Region {
+        page: cookbook::PAGE,
+        name: "conveyor",
+        text: cookbook::conveyor,
     },
 ];
 
@@ -162,6 +208,7 @@ pub const FILES: &[GeneratedFile] = &[
     ("reference/config.schema.json", configuration::schema),
     ("reference/scenario.schema.json", configuration::scenario_schema),
     ("reference/faults.schema.json", configuration::faults_schema),
+    ("reference/test.schema.json", configuration::test_schema),
 ];
 
 /// Every diagnostic of `ts3100 check`.

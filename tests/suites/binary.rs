@@ -10,6 +10,7 @@ mod faults;
 mod fleet;
 mod headless;
 mod mcp;
+mod program_tests;
 mod ready;
 mod recordings;
 mod reports;

@@ -18,6 +18,7 @@ mod architecture;
 mod binary;
 mod book;
 mod control;
+mod cookbook;
 mod coverage;
 mod cycles;
 mod docs;

@@ -34,6 +34,7 @@ mod serve;
 mod simulate;
 pub(crate) mod survey;
 mod tap;
+mod test;
 mod trace;
 mod usage;
 mod view;
@@ -68,6 +69,7 @@ enum Command {
     Lsp(lsp::LspArgs),
     Dap(dap::DapArgs),
     Run(run::RunArgs),
+    Test(test::TestArgs),
     Faults(faults::FaultsArgs),
     Tap(tap::TapArgs),
     Diff(Box<diff::DiffArgs>),
@@ -140,6 +142,7 @@ fn run(command: Command) -> ExitCode {
         Command::Lsp(args) => lsp::run(&args),
         Command::Dap(args) => dap::run(&args),
         Command::Run(args) => run::run(args),
+        Command::Test(args) => test::run(args),
         Command::Faults(args) => faults::run(&args),
         Command::Tap(args) => tap::run(&args),
         Command::Diff(args) => diff::run(&args),

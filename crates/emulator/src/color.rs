@@ -92,6 +92,16 @@ pub(crate) fn difference(line: &str) -> String {
     format!("{style}{line}{style:#}")
 }
 
+/// The verdict of a test.
+pub(crate) fn verdict(word: &str, is_good: bool, paints: bool) -> String {
+    let style = match (paints, is_good) {
+        (false, _) => return word.to_owned(),
+        (true, true) => AnsiColor::Green.on_default(),
+        (true, false) => ERROR,
+    };
+    format!("{style}{word}{style:#}")
+}
+
 /// `E0101]: text`, where the style ends after the code.
 fn end_of_code(after: &str, style: Style) -> String {
     match after.split_once(']') {

@@ -22,6 +22,7 @@ pub mod loading;
 pub mod log;
 mod printed_lines;
 pub mod profile;
+pub mod program_test;
 pub mod ready;
 pub mod recorded;
 #[cfg(test)]

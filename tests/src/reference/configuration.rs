@@ -1,9 +1,10 @@
 //! The keys of the files that people write: configuration, scenarios, faults.
 
 use super::{code, table};
-use ts3100_emulator::config::schema::scenario::{self, KeyValue, TABLES};
+use ts3100_emulator::config::schema::scenario::{self, KeyValue, TABLES, Table};
 use ts3100_emulator::config::schema::{self, Key, Kind, faults, keys};
 use ts3100_emulator::config::{Mark, ServeArgs};
+use ts3100_recording::program_test;
 
 /// Every key with type, default and variable.
 pub fn all() -> String {
@@ -47,7 +48,16 @@ fn row(key: &Key) -> [String; 5] {
 
 /// The keys of scenario files.
 pub fn scenario_keys() -> String {
-    let rows = TABLES.iter().flat_map(|table| {
+    keys_of(&TABLES)
+}
+
+/// The keys of files of tests.
+pub fn test_keys() -> String {
+    keys_of(&program_test::keys::TABLES)
+}
+
+fn keys_of(tables: &'static [Table]) -> String {
+    let rows = tables.iter().flat_map(|table| {
         table.keys.iter().map(|key| {
             let name = match table.name {
                 "" => key.name.to_owned(),
@@ -88,4 +98,9 @@ pub fn scenario_schema() -> String {
 /// The JSON schema of faults, as a file.
 pub fn faults_schema() -> String {
     format!("{:#}\n", faults::schema())
+}
+
+/// The JSON schema of files of tests, as a file.
+pub fn test_schema() -> String {
+    format!("{:#}\n", scenario::test_schema())
 }

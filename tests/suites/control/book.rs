@@ -99,7 +99,13 @@ fn codes_and_words_are_found() {
 #[test]
 fn files_of_json_are_served_as_json() {
     let robot = Bench::start(builder());
-    for name in ["config.schema", "controls", "faults.schema", "scenario.schema"] {
+    for name in [
+        "config.schema",
+        "controls",
+        "faults.schema",
+        "scenario.schema",
+        "test.schema",
+    ] {
         let request = format!(
             "GET /book/reference/{name}.json HTTP/1.1\r\nHost: localhost\r\nConnection: close\r\n\r\n"
         );

@@ -57,7 +57,7 @@ pub(super) struct CheckArgs {
 impl CheckArgs {
     /// Files whose changes change the result.
     fn sources(&self) -> Vec<PathBuf> {
-        let found = programs::expand(&self.files).into_iter();
+        let found = programs::expand(programs::PROGRAMS, &self.files).into_iter();
         let programs: Vec<PathBuf> = found
             .map(|found| found.unwrap_or_else(|error| error.path))
             .collect();
@@ -117,7 +117,7 @@ fn check_all(args: &CheckArgs) -> anyhow::Result<u8> {
     let mut worst = 0;
     let mut files = Vec::new();
     let format = args.format();
-    for found in programs::expand(&args.files) {
+    for found in programs::expand(programs::PROGRAMS, &args.files) {
         let file = match found {
             Ok(path) => {
                 // Programs of one folder share its table.

@@ -50,7 +50,7 @@ const NAMES: [(&[&str], &str, &str); 4] = [
 ];
 
 /// Endings of the names of files, by flag or argument and subcommand; the first row that fits counts.
-const FILES: [(&str, &str, &[&str]); 18] = [
+const FILES: [(&str, &str, &[&str]); 19] = [
     ("", "load", &["scol", "par", "txt"]),
     ("", "scenario", &["toml"]),
     ("", "config", &["toml"]),
@@ -66,6 +66,7 @@ const FILES: [(&str, &str, &[&str]); 18] = [
     ("check", "files", &["scol"]),
     ("fmt", "files", &["scol"]),
     ("run", "file", &["scol"]),
+    ("test", "files", &["scol", "toml"]),
     ("diff", "recording", &["txt", "jsonl", "pcapng"]),
     ("view", "recording", &["txt", "jsonl", "pcapng"]),
     ("merge", "reports", &["json"]),

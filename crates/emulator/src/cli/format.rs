@@ -37,7 +37,7 @@ pub(super) struct FormatArgs {
 /// Formats every file; the worst exit code.
 pub(super) fn run(args: &FormatArgs) -> anyhow::Result<u8> {
     let mut worst = 0;
-    for found in programs::expand(&args.files) {
+    for found in programs::expand(programs::PROGRAMS, &args.files) {
         let outcome = match &found {
             Ok(path) => format_file(path, args).map_err(|error| (path, error)),
             Err(folder) => Err((&folder.path, anyhow::anyhow!("{}", folder.reason))),

@@ -131,6 +131,17 @@ const EVERYDAY: &[Everyday] = &[
         example: "ts3100 run pick.scol --input ip1=records.txt --din 1,5\n\
                   ts3100 run pick.scol --at \"1.5 s: input 8 on\" --trace",
     },
+    Everyday {
+        name: "test",
+        shown: &[
+            ("filter", ""),
+            ("json", "Print one JSON document"),
+            ("junit", ""),
+            ("watch", "Run again whenever a file changes"),
+        ],
+        example: "ts3100 test\n\
+                  ts3100 test pick.scol --junit results.xml",
+    },
     whole("faults", "ts3100 faults list"),
     Everyday {
         name: "tap",

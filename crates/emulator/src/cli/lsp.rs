@@ -166,7 +166,7 @@ impl Project for Disk {
     }
 
     fn programs(&self, folder: &Path) -> Vec<PathBuf> {
-        let found = programs::expand(&[folder.to_path_buf()]).into_iter();
+        let found = programs::expand(programs::PROGRAMS, &[folder.to_path_buf()]).into_iter();
         let listed = found.inspect(|found| {
             if let Err(FolderError { path, reason }) = found {
                 debug!("cannot list {}: {reason}", path.display());

@@ -1,17 +1,34 @@
-//! The SCOL files that a command line names: each file as given, and those of a folder.
+//! The SCOL files, or the files of tests, that a command line names: each file as given, and those of a folder.
 //!
-//! A folder means all `*.scol` files in it and below, in the order of their paths. Hidden files and folders are left out, and
+//! A folder means all `*.scol` or `*.test.toml` files in it and below, in the order of their paths. Hidden files and folders are left out, and
 //! symbolic links too: their target is found in its own place, and a link to a folder above cannot cause a loop.
 
 use super::input::is_stdin;
 use std::fs::{self, DirEntry};
 use std::io;
 use std::path::{Path, PathBuf};
-use ts3100_driver::files;
+use ts3100_recording::program_test::ENDING;
 use ts3100_workbench::lsp::project::TABLE;
 
-/// Ending of SCOL files in lower case; files with it in upper case are found too.
-const ENDING: &str = "scol";
+/// Files that are looked for in a folder.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Wanted {
+    /// What they are, for messages.
+    what: &'static str,
+    /// Ending of their names in lower case; files with it in upper case are found too.
+    ending: &'static str,
+}
+
+/// Programs.
+pub(super) const PROGRAMS: Wanted = Wanted {
+    what: "SCOL files",
+    ending: ".scol",
+};
+/// Tests of programs.
+pub(super) const TESTS: Wanted = Wanted {
+    what: "files of tests",
+    ending: ENDING,
+};
 /// Deepest folder below a given one.
 const MAX_DEPTH: usize = 32;
 /// Most SCOL files of a folder: those of many cells. More is likely a folder that was not meant.
@@ -19,7 +36,14 @@ const MAX_FILES: usize = 10_000;
 /// Most entries of a folder that are looked at, of any kind.
 const MAX_ENTRIES: usize = 1_000_000;
 
-/// A folder that cannot be listed, or holds no SCOL files.
+impl Wanted {
+    fn is(self, path: &Path) -> bool {
+        let name = path.file_name().unwrap_or_default().to_string_lossy();
+        name.to_ascii_lowercase().ends_with(self.ending)
+    }
+}
+
+/// A folder that cannot be listed, or holds none of the files.
 #[derive(Debug)]
 pub(super) struct FolderError {
     pub(super) path: PathBuf,
@@ -27,14 +51,14 @@ pub(super) struct FolderError {
 }
 
 /// The files to read, in the order given. A path that is missing is among them: its reader reports it.
-pub(super) fn expand(paths: &[PathBuf]) -> Vec<Result<PathBuf, FolderError>> {
+pub(super) fn expand(wanted: Wanted, paths: &[PathBuf]) -> Vec<Result<PathBuf, FolderError>> {
     let mut found = Vec::new();
     for path in paths {
         if is_stdin(path) || !path.is_dir() {
             found.push(Ok(path.clone()));
             continue;
         }
-        let mut folder = Folder::default();
+        let mut folder = Folder::new(wanted);
         folder.list(path, 0);
         found.append(&mut folder.finish(path));
     }
@@ -62,14 +86,23 @@ fn is_hidden(entry: &DirEntry) -> bool {
 }
 
 /// The content of a folder, while it is listed.
-#[derive(Default)]
 struct Folder {
+    wanted: Wanted,
     files: Vec<PathBuf>,
     errors: Vec<FolderError>,
     entries: usize,
 }
 
 impl Folder {
+    fn new(wanted: Wanted) -> Folder {
+        Folder {
+            wanted,
+            files: Vec::new(),
+            errors: Vec::new(),
+            entries: 0,
+        }
+    }
+
     fn list(&mut self, folder: &Path, depth: usize) {
         if let Err(reason) = self.list_entries(folder, depth) {
             self.errors.push(FolderError {
@@ -97,7 +130,7 @@ impl Folder {
             let (path, kind) = (entry.path(), entry.file_type()?);
             if kind.is_dir() {
                 self.list(&path, depth + 1);
-            } else if kind.is_file() && files::extension(&path) == ENDING {
+            } else if kind.is_file() && self.wanted.is(&path) {
                 // `.` gives names such as `pick.scol` instead of `./pick.scol`.
                 self.files
                     .push(path.strip_prefix(".").map(Path::to_path_buf).unwrap_or(path));
@@ -111,6 +144,7 @@ impl Folder {
     }
 
     fn finish(mut self, folder: &Path) -> Vec<Result<PathBuf, FolderError>> {
+        let Wanted { what, ending } = self.wanted;
         let failed = |reason: String| {
             let path = folder.to_path_buf();
             let reason = io::Error::other(reason);
@@ -118,12 +152,12 @@ impl Folder {
         };
         if self.is_full() {
             return failed(format!(
-                "expected at most {MAX_FILES} SCOL files among {MAX_ENTRIES} entries, found more; name the folders of your programs"
+                "expected at most {MAX_FILES} {what} among {MAX_ENTRIES} entries, found more; name the folders of your programs"
             ));
         }
         if self.files.is_empty() && self.errors.is_empty() {
             return failed(format!(
-                "no SCOL files (*.{ENDING}) in this folder and the folders below"
+                "no {what} (*{ending}) in this folder and the folders below"
             ));
         }
         self.files.sort();
@@ -138,7 +172,7 @@ mod tests {
     use crate::testing::TempDir;
 
     fn found(directory: &TempDir) -> Vec<String> {
-        let found = expand(&[directory.path().to_path_buf()]);
+        let found = expand(PROGRAMS, &[directory.path().to_path_buf()]);
         let name = |path: &Path| {
             let inner = path.strip_prefix(directory.path()).unwrap();
             inner.to_str().unwrap().replace('\\', "/")
@@ -182,7 +216,7 @@ mod tests {
             [": no SCOL files (*.scol) in this folder and the folders below"]
         );
         let missing = directory.at("missing");
-        let found = expand(&[missing.clone(), PathBuf::from("-")]);
+        let found = expand(PROGRAMS, &[missing.clone(), PathBuf::from("-")]);
         let found: Vec<PathBuf> = found.into_iter().map(Result::unwrap).collect();
         assert_eq!(found, [missing, PathBuf::from("-")]);
     }
@@ -197,7 +231,7 @@ mod tests {
         std::os::unix::fs::symlink("a.scol", directory.at("in/b.scol")).unwrap();
         assert_eq!(found(&directory), ["in/a.scol"]);
         // A link that is given is followed.
-        let found = expand(&[directory.at("in/up")]);
+        let found = expand(PROGRAMS, &[directory.at("in/up")]);
         assert_eq!(found.len(), 1);
         assert_eq!(found[0].as_ref().unwrap(), &directory.at("in/up/in/a.scol"));
     }

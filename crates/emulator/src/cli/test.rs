@@ -1,0 +1,204 @@
+//! `ts3100 test`: runs the tests of SCOL programs.
+//!
+//! Here flags and files are read and the exit code is chosen. A test is run by [`crate::program_test`]; [`show`] formats the
+//! results.
+
+mod show;
+
+use super::exit::{NEGATIVE, UNUSABLE};
+use super::input::{is_stdin, read_program};
+use super::programs::{self, TESTS, points_beside};
+use super::watch::{Announcement, watch};
+use crate::config::args::written_file;
+use crate::config::of_run;
+use crate::headless::RunError;
+use crate::program_test::{self, Subject, TestError};
+use anyhow::{Context as _, anyhow, bail};
+use clap::Args;
+use scol_mini::Severity;
+use show::{FileOutcome, TestOutcome, TestPrinter};
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use ts3100_driver::files;
+use ts3100_driver::pc_file::drive_name;
+use ts3100_recording::program_test::{ENDING, TestFile};
+
+/// Run tests of SCOL programs.
+///
+/// The tests of pick.scol are in pick.test.toml beside it. A test calls a subprogram with values or runs the main program, and
+/// names the expected result: lines of PRINT, outputs, variables, the position of the arm, an alarm, the cycle time.
+///
+/// Exit codes: 0 all tests passed, or --watch was ended by a signal; 1 a test failed; 2 wrong usage, no tests, or a file that
+/// cannot be read, a file of tests that is wrong, or a program with errors.
+#[derive(Debug, Args)]
+pub(super) struct TestArgs {
+    /// Files of tests, programs with tests beside them, and folders with all *.test.toml files below
+    #[arg(value_name = "PATH", default_value = ".")]
+    files: Vec<PathBuf>,
+    /// Run only the tests whose file or name contains TEXT
+    #[arg(long, value_name = "TEXT")]
+    filter: Option<String>,
+    /// Print one JSON document to stdout instead of text
+    #[arg(long)]
+    json: bool,
+    /// Write the results as JUnit XML
+    #[arg(long, value_name = "FILE", value_parser = written_file())]
+    junit: Option<PathBuf>,
+    /// Run again whenever a program, its tests or its points change, until Ctrl-C; with --json, one line for each run
+    #[arg(long)]
+    watch: bool,
+}
+
+impl TestArgs {
+    /// The files of tests, in order, each as given or found.
+    fn found(&self) -> Vec<anyhow::Result<PathBuf>> {
+        let found = programs::expand(TESTS, &self.files).into_iter();
+        let found = found.map(|found| match found {
+            Ok(path) => beside(path),
+            Err(error) => Err(anyhow!("cannot read {}: {}", error.path.display(), error.reason)),
+        });
+        found.collect()
+    }
+
+    /// Files whose changes change the results.
+    fn sources(&self) -> Vec<PathBuf> {
+        let mut sources = self.files.clone();
+        sources.retain(|path| !path.is_dir());
+        for path in self.found().into_iter().flatten() {
+            if let Ok(file) = TestFile::read(&path) {
+                let points = file.points.clone().or_else(|| points_beside(&file.program));
+                sources.extend(points);
+                sources.push(file.program);
+            }
+            sources.push(path);
+        }
+        sources.sort();
+        sources.dedup();
+        sources
+    }
+
+    fn wants(&self, file: &Path, name: &str) -> bool {
+        let filter = self.filter.as_ref();
+        filter.is_none_or(|filter| name.contains(filter) || file.to_string_lossy().contains(filter))
+    }
+}
+
+/// The tests of a program, or the file of tests itself.
+fn beside(path: PathBuf) -> anyhow::Result<PathBuf> {
+    if files::extension(&path) != "scol" {
+        return Ok(path);
+    }
+    let tests = path.with_extension(ENDING.trim_start_matches('.'));
+    if !tests.is_file() {
+        bail!("{} has no tests: {} is missing", path.display(), tests.display());
+    }
+    Ok(tests)
+}
+
+/// Runs the tests; the exit code. With `--watch` it runs them again and again.
+pub(super) fn run(args: TestArgs) -> anyhow::Result<u8> {
+    if args.files.iter().any(|path| is_stdin(path)) {
+        bail!("cannot read tests from stdin; name files or folders");
+    }
+    if !args.watch {
+        return run_all(&args, &AtomicBool::new(false));
+    }
+    let announcement = match args.json {
+        true => Announcement::None,
+        false => Announcement::Line,
+    };
+    let args = Arc::new(args);
+    let watched = Arc::clone(&args);
+    watch(
+        move || watched.sources(),
+        announcement,
+        move |outdated| run_all(&args, outdated),
+    )
+}
+
+/// Runs all tests once, or until the flag is set.
+fn run_all(args: &TestArgs, outdated: &AtomicBool) -> anyhow::Result<u8> {
+    let mut printer = TestPrinter::new(args.json, args.watch);
+    for found in args.found() {
+        let outcome = match found {
+            Ok(path) => run_file(args, &path, outdated, &mut printer),
+            Err(error) => Err(error),
+        };
+        if outdated.load(Ordering::Relaxed) {
+            return Ok(NEGATIVE);
+        }
+        if let Err(error) = outcome {
+            printer.add_error(&error);
+        }
+    }
+    if let Some(filter) = args.filter.as_ref().filter(|_| printer.is_empty()) {
+        printer.add_error(&anyhow!("no test matches --filter {filter}"));
+    }
+    if let Some(path) = &args.junit {
+        files::replace(path, printer.junit().as_bytes())
+            .with_context(|| format!("cannot write {}", path.display()))?;
+    }
+    let (has_errors, has_failures) = printer.finish()?;
+    Ok(match (has_errors, has_failures) {
+        (true, _) => UNUSABLE,
+        (false, true) => NEGATIVE,
+        (false, false) => 0,
+    })
+}
+
+/// Runs the tests of a file.
+fn run_file(
+    args: &TestArgs,
+    path: &Path,
+    outdated: &AtomicBool,
+    printer: &mut TestPrinter,
+) -> anyhow::Result<()> {
+    let file = TestFile::read(path)?;
+    let wanted: Vec<_> = file
+        .tests
+        .iter()
+        .filter(|test| args.wants(path, &test.name))
+        .collect();
+    if wanted.is_empty() {
+        return Ok(());
+    }
+    let subject = subject(&file)?;
+    let mut outcome = FileOutcome::new(&file, &subject.source);
+    for test in wanted {
+        match program_test::run(&subject, test, outdated) {
+            Ok(result) => printer.add(&mut outcome, TestOutcome::new(test, result))?,
+            Err(TestError::Run(RunError::Interrupted)) => return Ok(()),
+            Err(TestError::Call { place, reason }) => {
+                bail!("{}:{}:{}: {reason}", path.display(), place.line, place.column)
+            }
+            Err(TestError::Run(error)) => bail!("{}: {error}", path.display()),
+        }
+    }
+    printer.add_file(outcome);
+    Ok(())
+}
+
+/// The program under test, which must compile.
+fn subject(file: &TestFile) -> anyhow::Result<Subject> {
+    let points = file.points.clone().or_else(|| points_beside(&file.program));
+    let config = of_run(file.model.as_deref(), &file.options, points)
+        .with_context(|| file.path.display().to_string())?;
+    let shown = file.program.display();
+    let source = read_program(&file.program).with_context(|| format!("cannot read {shown}"))?;
+    let compilation = config.compile(&source);
+    let Some(program) = compilation.program else {
+        let errors = compilation.diagnostics.iter();
+        let errors = errors.filter(|found| found.severity == Severity::Error);
+        let errors: Vec<String> = errors
+            .map(|found| found.render(&source, &shown.to_string()).trim_end().to_owned())
+            .collect();
+        bail!("{shown} has errors\n{}", errors.join("\n"));
+    };
+    Ok(Subject {
+        name: drive_name(&file.program).unwrap_or_else(|_| "MAIN".to_owned()),
+        source,
+        config,
+        program,
+    })
+}

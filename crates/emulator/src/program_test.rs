@@ -1,0 +1,441 @@
+//! Runs the tests of a SCOL program and compares the result of each with its file: `ts3100 test`.
+//!
+//! The files are read by [`ts3100_recording::program_test`], a test is a run of [`crate::headless`]. Here a run becomes a list of
+//! failures. The output is formatted in `cli::test`.
+
+use crate::headless::{self, PENDANT, RunEnd, RunError, RunEvent, RunReport, RunRequest};
+use crate::printed_lines::PrintedLines;
+use std::collections::VecDeque;
+use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
+use std::time::Duration;
+use ts3100_controller::{Config, Controller};
+use ts3100_driver::clock::TimeMode;
+use ts3100_driver::pc_file::drive_content;
+use ts3100_proto::name::NameError;
+use ts3100_proto::status::pr::three_decimals;
+use ts3100_proto::words::did_you_mean;
+use ts3100_recording::program_test::{Place, Placed, ProgramTest, TOLERANCE, TestPosition, Then};
+use ts3100_recording::scenario::Verdict;
+
+/// Statements before the end that a result keeps.
+const LAST_STATEMENTS: usize = 5;
+/// Most lines of PRINT that a result keeps.
+const MAX_PRINTED: usize = 10_000;
+/// Number of the coordinates in mm; the others are degrees, where 360 is 0.
+const MILLIMETRES: usize = 3;
+
+/// The program under test.
+#[derive(Debug)]
+pub struct Subject {
+    /// Name of the file on the drive.
+    pub name: String,
+    pub source: String,
+    /// Options, model and taught points.
+    pub config: Config,
+    /// The compiled file.
+    pub program: Arc<scol_mini::Program>,
+}
+
+/// Something that is not as the test says.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Failure {
+    /// Where the file of tests says it.
+    pub place: Place,
+    /// What is wrong, in one sentence.
+    pub message: String,
+}
+
+/// A line of PRINT.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Printed {
+    pub at: Duration,
+    /// `TP`, `COM1`, `IP1` or `IP2`.
+    pub channel: &'static str,
+    pub text: String,
+}
+
+/// A statement that was executed.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Executed {
+    pub at: Duration,
+    /// Line of the program.
+    pub line: u32,
+    /// What it did, in words.
+    pub effects: Vec<String>,
+}
+
+/// The result of a test.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct TestResult {
+    /// None if the test passed.
+    pub failures: Vec<Failure>,
+    /// Virtual time from the start to the end.
+    pub duration: Duration,
+    /// Lines of PRINT, in order.
+    pub printed: Vec<Printed>,
+    /// The last statements before the end.
+    pub statements: Vec<Executed>,
+}
+
+/// A test that cannot be run.
+#[derive(Debug, thiserror::Error)]
+pub enum TestError {
+    /// Its call does not compile.
+    #[error("{reason}")]
+    Call {
+        /// Where the call is.
+        place: Place,
+        reason: String,
+    },
+    /// The program did not start, or the run was interrupted.
+    #[error(transparent)]
+    Run(#[from] RunError),
+}
+
+/// Why a variable is not as expected.
+#[derive(Debug, thiserror::Error)]
+enum Mismatch {
+    #[error("expected {expected}, found {found}")]
+    Value { expected: String, found: String },
+    #[error(transparent)]
+    Name(#[from] NameError),
+    #[error("there is none of this name{hint}")]
+    Missing { hint: String },
+    #[error("it is an array; name an element, as in `A(2)`")]
+    Array,
+    #[error("it has no value")]
+    Undefined,
+}
+
+/// Runs a test.
+///
+/// # Errors
+/// [`TestError`]: it did not run at all.
+pub fn run(subject: &Subject, test: &ProgramTest, interrupted: &AtomicBool) -> Result<TestResult, TestError> {
+    if let Some(call) = &test.call {
+        check_call(subject, call)?;
+    }
+    let records = test.records.iter().map(|(channel, records)| {
+        let records = records.iter().map(|record| record.clone().into_bytes());
+        (channel.clone(), records.collect())
+    });
+    let job = RunRequest {
+        config: subject.config.clone(),
+        name: subject.name.clone(),
+        source: drive_content(subject.source.as_bytes(), subject.config.options.line_end),
+        records: records.collect(),
+        lines_on: Vec::new(),
+        scenario: Some(test.scenario.clone()),
+        call: test.call.as_ref().map(|call| call.value.clone()),
+        trace: true,
+        profile: false,
+        record_lines: false,
+        time: TimeMode::Auto,
+        max_time: test.limit,
+    };
+    let mut seen = Seen {
+        place: test.place,
+        ..Seen::default()
+    };
+    let report = match headless::run_until(interrupted, job, &mut |at, event| seen.note(at, event)) {
+        // A program that cannot be started in this state is a result.
+        Err(RunError::Start(reason)) => {
+            seen.fail(test.place, reason);
+            return Ok(seen.result(Duration::ZERO));
+        }
+        report => report?,
+    };
+    seen.end();
+    judge(test, &report, &mut seen);
+    Ok(seen.result(report.duration))
+}
+
+/// What is wrong with a call is said of its place in the file of tests.
+fn check_call(subject: &Subject, call: &Placed<String>) -> Result<(), TestError> {
+    let Err(found) = scol_mini::compile_call(&call.value, &subject.program) else {
+        return Ok(());
+    };
+    let errors = found.iter().map(|found| {
+        let help = found.help.as_ref().map(|help| format!("; {help}"));
+        format!("{}{}", found.message, help.unwrap_or_default())
+    });
+    let reason = errors.collect::<Vec<_>>().join("; ");
+    let place = call.place;
+    Err(TestError::Call { place, reason })
+}
+
+/// What was seen of a run.
+#[derive(Debug, Default)]
+struct Seen {
+    /// Of the test.
+    place: Place,
+    unfinished: PrintedLines,
+    printed: Vec<Printed>,
+    statements: VecDeque<Executed>,
+    failures: Vec<Failure>,
+}
+
+impl Seen {
+    fn note(&mut self, at: Duration, event: RunEvent<'_>) {
+        match event {
+            RunEvent::Printed { channel, bytes } => {
+                let lines = self.unfinished.add(at, channel, bytes);
+                lines
+                    .into_iter()
+                    .for_each(|text| self.add_printed(at, channel, text));
+            }
+            // The call itself is no line of the file.
+            RunEvent::Statement { line: 0, .. } => {}
+            RunEvent::Statement { line, detail, .. } => {
+                if self.statements.len() >= LAST_STATEMENTS {
+                    self.statements.pop_front();
+                }
+                let effects = detail.effects.iter().map(ToString::to_string).collect();
+                self.statements.push_back(Executed { at, line, effects });
+            }
+            RunEvent::Refused { reason } => {
+                let at = three_decimals(at.as_secs_f64());
+                self.fail(self.place, format!("at {at} s: {reason}"));
+            }
+        }
+    }
+
+    fn add_printed(&mut self, at: Duration, channel: &'static str, text: String) {
+        if self.printed.len() < MAX_PRINTED {
+            self.printed.push(Printed { at, channel, text });
+        }
+    }
+
+    fn end(&mut self) {
+        for (channel, at, text) in self.unfinished.take() {
+            self.add_printed(at, channel, text);
+        }
+    }
+
+    fn fail(&mut self, place: Place, message: String) {
+        self.failures.push(Failure { place, message });
+    }
+
+    fn result(mut self, duration: Duration) -> TestResult {
+        self.failures.sort_by_key(|failure| failure.place.line);
+        TestResult {
+            failures: self.failures,
+            duration,
+            printed: self.printed,
+            statements: self.statements.into(),
+        }
+    }
+}
+
+/// Compares the run with the expected result.
+fn judge(test: &ProgramTest, report: &RunReport, seen: &mut Seen) {
+    let then = &test.then;
+    judge_end(test, report, seen);
+    if let Some(within) = then
+        .within
+        .as_ref()
+        .filter(|within| report.duration > within.value)
+    {
+        let (limit, found) = (within.value.as_secs_f64(), report.duration.as_secs_f64());
+        let (limit, found) = (three_decimals(limit), three_decimals(found));
+        seen.fail(
+            within.place,
+            format!("cycle time: expected at most {limit} s, found {found} s"),
+        );
+    }
+    for (channel, expected) in &then.printed {
+        judge_printed(channel, expected, seen);
+    }
+    for Placed { place, value } in &then.outputs {
+        let (line, expected) = *value;
+        if report.controller.signals().output(line) != expected {
+            let (expected, found) = if expected { ("on", "off") } else { ("off", "on") };
+            seen.fail(
+                *place,
+                format!("output {line}: expected {expected}, found {found}"),
+            );
+        }
+    }
+    for Placed { place, value } in &then.variables {
+        let (name, expected) = value;
+        if let Err(found) = compare_variable(&report.controller, name, expected) {
+            seen.fail(*place, format!("variable {name}: {found}"));
+        }
+    }
+    judge_position(then, report, seen);
+    let entries = report.scenario.iter().flat_map(|outcome| &outcome.entries);
+    for entry in entries {
+        if let Verdict::Failed(reason) = &entry.verdict {
+            let line = if entry.line == 0 {
+                test.place.line
+            } else {
+                entry.line
+            };
+            seen.fail(Place { line, column: 1 }, format!("{}: {reason}", entry.name));
+        }
+    }
+}
+
+fn judge_end(test: &ProgramTest, report: &RunReport, seen: &mut Seen) {
+    let then = &test.then;
+    let expected = match (&then.ending, &then.alarm) {
+        (Some(ending), _) => ending.value.as_str(),
+        (None, Some(_)) => "alarm",
+        (None, None) => "end",
+    };
+    let place = then.ending.as_ref().or(then.alarm.as_ref());
+    let place = place.map_or(test.place, |placed| placed.place);
+    let line = seen.statements.back().map(|last| last.line);
+    let line = line.filter(|_| matches!(report.end, RunEnd::Alarm { .. }));
+    let line = line.map_or_else(String::new, |line| format!(" at line {line}"));
+    let found = format!("{}{line}", remedied(&report.end));
+    match (&report.end, &then.alarm) {
+        (RunEnd::Alarm { number, .. }, Some(alarm)) if *number == alarm.value => {}
+        (_, Some(alarm)) => seen.fail(
+            alarm.place,
+            format!("alarm: expected {}, found: {found}", alarm.value),
+        ),
+        (end, None) if end.word() == expected => {}
+        (_, None) => seen.fail(place, format!("ending: expected {expected}, found: {found}")),
+    }
+}
+
+/// The end with what to do about it in a file of tests.
+fn remedied(end: &RunEnd) -> String {
+    // The call itself is no line of the file.
+    let sentence = end.sentence().replace("line 0: ", "the call: ");
+    match end {
+        RunEnd::NoInput { channel, .. } => {
+            let channel = channel.to_ascii_lowercase();
+            format!("{sentence}; give it records with `given.records.{channel}`")
+        }
+        RunEnd::Blocked { .. } => format!("{sentence}; set inputs with `given.inputs` or `at`"),
+        RunEnd::TimeUp { .. } => format!("{sentence} after its `limit`"),
+        RunEnd::End
+        | RunEnd::Stopped { .. }
+        | RunEnd::OutOfInput { .. }
+        | RunEnd::PowerOff
+        | RunEnd::Alarm { .. } => sentence,
+    }
+}
+
+fn judge_printed(channel: &str, expected: &Placed<Vec<String>>, seen: &mut Seen) {
+    let printed = seen.printed.iter().filter(|line| line.channel == channel);
+    let found: Vec<&str> = printed.map(|line| line.text.as_str()).collect();
+    let place = expected.place;
+    let of = match channel {
+        PENDANT => "PRINT to the teach pendant".to_owned(),
+        channel => format!("PRINT to {channel}"),
+    };
+    let differs = expected
+        .value
+        .iter()
+        .zip(&found)
+        .position(|(expected, found)| expected != found);
+    let message = match (differs, expected.value.len(), found.len()) {
+        (Some(at), ..) => {
+            let (expected, found) = (expected.value.get(at), found.get(at));
+            let (expected, found) = (
+                expected.map_or("", String::as_str),
+                found.copied().unwrap_or_default(),
+            );
+            format!("{of}, line {}: expected {expected:?}, found {found:?}", at + 1)
+        }
+        (None, expected_lines, found_lines) if expected_lines > found_lines => {
+            let next = expected.value.get(found_lines).map_or("", String::as_str);
+            format!("{of}, line {}: expected {next:?}, found nothing", found_lines + 1)
+        }
+        (None, expected_lines, found_lines) if expected_lines < found_lines => {
+            let next = found.get(expected_lines).copied().unwrap_or_default();
+            format!(
+                "{of}, line {}: expected nothing, found {next:?}",
+                expected_lines + 1
+            )
+        }
+        _ => return,
+    };
+    seen.fail(place, message);
+}
+
+/// Whether a variable has these numbers, to the digits of a real of the language.
+fn compare_variable(controller: &Controller, name: &str, expected: &[f64]) -> Result<(), Mismatch> {
+    let found = numbers_of(controller, name)?;
+    let is_near = |(a, b): (&f64, &f64)| (a - b).abs() <= b.abs().max(1.0) * f64::from(f32::EPSILON) * 4.0;
+    if found.len() == expected.len() && found.iter().zip(expected).all(is_near) {
+        return Ok(());
+    }
+    let (expected, found) = (listed(expected), listed(&found));
+    Err(Mismatch::Value { expected, found })
+}
+
+/// The numbers of a variable.
+fn numbers_of(controller: &Controller, name: &str) -> Result<Vec<f64>, Mismatch> {
+    let Some(view) = controller.variable(name)? else {
+        let known: Vec<String> = controller.variables().into_iter().map(|view| view.name).collect();
+        let upper = format!(".{}", name.to_ascii_uppercase());
+        // A variable of a program is named with it.
+        let own = known.iter().find(|known| known.ends_with(&upper));
+        let hint = match own {
+            Some(own) => format!("; did you mean `{own}`?"),
+            None => did_you_mean(name, known.iter().map(String::as_str)),
+        };
+        return Err(Mismatch::Missing { hint });
+    };
+    if !view.bounds.is_empty() {
+        return Err(Mismatch::Array);
+    }
+    let value = view.value.ok_or(Mismatch::Undefined)?;
+    Ok(value.iter().map(|number| number.as_f64()).collect())
+}
+
+fn listed(numbers: &[f64]) -> String {
+    let numbers: Vec<String> = numbers.iter().map(ToString::to_string).collect();
+    match numbers.as_slice() {
+        [only] => only.clone(),
+        several => format!("[{}]", several.join(", ")),
+    }
+}
+
+fn judge_position(then: &Then, report: &RunReport, seen: &mut Seen) {
+    let Some(Placed { place, value }) = &then.position else {
+        return;
+    };
+    let arm = report.arm.world_values();
+    let (name, expected) = match value {
+        TestPosition::Coordinates(expected) if expected.len() > arm.len() => {
+            let (most, found) = (arm.len(), expected.len());
+            let message = format!("position: expected at most {most} coordinates, found {found}");
+            return seen.fail(*place, message);
+        }
+        TestPosition::Coordinates(expected) => (String::new(), expected.clone()),
+        TestPosition::Named(name) => match numbers_of(&report.controller, name) {
+            // The configuration is last.
+            Ok(numbers) if numbers.len() == arm.len() + 1 => {
+                (format!("{name} "), numbers.into_iter().take(arm.len()).collect())
+            }
+            Ok(_) => return seen.fail(*place, format!("position: {name} is not a point")),
+            Err(reason) => return seen.fail(*place, format!("position {name}: {reason}")),
+        },
+    };
+    let tolerance = then.tolerance.unwrap_or(TOLERANCE);
+    let is_off = |(at, (expected, found)): (usize, (&f64, &f64))| {
+        let off = (expected - found).abs();
+        let off = if at < MILLIMETRES {
+            off
+        } else {
+            (off + 180.0) % 360.0 - 180.0
+        };
+        off.abs() > tolerance
+    };
+    if expected.iter().zip(&arm).enumerate().any(is_off) {
+        let shown = |values: &[f64]| {
+            let values: Vec<String> = values.iter().map(|value| three_decimals(*value)).collect();
+            values.join(" ")
+        };
+        let found = shown(arm.get(..expected.len()).unwrap_or_default());
+        let expected = shown(&expected);
+        let message = format!("position: expected {name}{expected} within {tolerance}, found {found}");
+        seen.fail(*place, message);
+    }
+}

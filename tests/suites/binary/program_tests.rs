@@ -1,0 +1,232 @@
+//! `ts3100 test`: tests of SCOL programs. The keys of their files are tested in `ts3100-recording`.
+
+use super::support::{expect_code, run, stdout};
+use serde_json::Value;
+use std::process::Output;
+use ts3100_tests::testing::TempDir;
+
+const PALLET: &str = "\
+GLOBAL
+  COUNT = 0
+END
+PROGRAM PALLET
+  WAIT DIN(5)
+  PLACE(2, 30.5)
+  PRINT IP1, \"DONE\", COUNT, CR
+  DOUT(8)
+END
+PROGRAM PLACE(ROW, H)
+  COUNT = COUNT + ROW
+  MOVE P1 + POINT(0, ROW * 10, H)
+END
+DATA
+  POINT P1=400,0,200/11111
+END
+";
+
+const TESTS: &str = "\
+[[test]]
+name = \"places a part\"
+call = \"PLACE(3, 20)\"
+given.variables = { COUNT = 4, P1 = [400, 5, 200, 0, 0, 0, 0, 0, 11111] }
+then.variables = { COUNT = 7 }
+then.position = [400, 35, 220]
+
+[[test]]
+name = \"waits for a part\"
+at = [\"1.5 s: input 5 on\"]
+then.printed.ip1 = [\"DONE           2\"]
+then.outputs-on = [8]
+then.outputs-off = [9]
+then.within = \"3 s\"
+";
+
+fn stderr(output: &Output) -> String {
+    String::from_utf8_lossy(&output.stderr).into_owned()
+}
+
+fn folder(tests: &str) -> (TempDir, String) {
+    let directory = TempDir::new("program-tests");
+    directory.file("pallet.scol", PALLET);
+    let file = directory.file("pallet.test.toml", tests);
+    (directory, file)
+}
+
+#[test]
+fn tests_pass_and_each_has_a_line() {
+    let (directory, file) = folder(TESTS);
+    let program = directory.at("pallet.scol").display().to_string();
+    let whole = directory.path().display().to_string();
+    for path in [&file, &program, &whole] {
+        let output = run(&["test", path]);
+        expect_code(&output, 0);
+        let text = stdout(&output);
+        let lines: Vec<&str> = text.lines().collect();
+        assert!(
+            lines[0].starts_with("ok   ") && lines[0].contains(": places a part ("),
+            "{text}"
+        );
+        assert!(lines[1].contains(": waits for a part ("), "{text}");
+        assert!(lines[2].starts_with("2 tests: all passed, "), "{text}");
+        assert_eq!(lines.len(), 3, "{text}");
+    }
+    let filtered = stdout(&run(&["test", &file, "--filter", "waits"]));
+    assert!(filtered.contains("\n1 test: all passed, "), "{filtered}");
+}
+
+/// Every key of `then` finds what differs, at its line.
+#[test]
+fn a_failure_says_what_was_expected_and_found() {
+    let tests = "\
+[[test]]
+name = \"wrong\"
+given.inputs = [5]
+[test.then]
+printed.ip1 = [\"DONE 3\"]
+outputs-on = [7]
+outputs-off = [8]
+variables = { COUNT = 3, CONT = 2, \"PALLET.N\" = 1 }
+position = \"P1\"
+within = \"1 ms\"
+ending = \"alarm\"
+[[test.never]]
+what = \"output 8 on\"
+";
+    let (_directory, file) = folder(tests);
+    let output = run(&["test", &file]);
+    assert_eq!(output.status.code(), Some(1));
+    let text = stdout(&output);
+    for line in [
+        "pallet.test.toml:5: PRINT to IP1, line 1: expected \"DONE 3\", found \"DONE           2\"",
+        "pallet.test.toml:6: output 7: expected on, found off",
+        "pallet.test.toml:7: output 8: expected off, found on",
+        "pallet.test.toml:8: variable COUNT: expected 3, found 2",
+        "pallet.test.toml:8: variable CONT: there is none of this name; did you mean `COUNT`?",
+        "pallet.test.toml:9: position: expected P1 400.000 0.000 200.000 0.000 0.000 0.000 0.000 0.000 within 0.01, found 400.000 20.000 230.500",
+        "pallet.test.toml:10: cycle time: expected at most 0.001 s, found ",
+        "pallet.test.toml:11: ending: expected alarm, found: ended",
+        "pallet.test.toml:12: never output 8 on: ",
+        "     printed:\n",
+        "s IP1: DONE           2\n",
+        " 8 | DOUT(8)\n",
+        "\n1 test: 0 passed, 1 failed, ",
+    ] {
+        assert!(text.contains(line), "{line}\n{text}");
+    }
+    let document: Value = serde_json::from_slice(&run(&["test", &file, "--json"]).stdout).unwrap();
+    assert_eq!((&document["passed"], &document["failed"]), (&0.into(), &1.into()));
+    let test = &document["tests"][0];
+    assert_eq!((&test["name"], &test["passed"]), (&"wrong".into(), &false.into()));
+    assert_eq!(test["failures"][0]["line"], 5);
+    assert_eq!(test["printed"][0]["channel"], "IP1");
+    assert_eq!(test["lastStatements"].as_array().unwrap().len(), 5);
+}
+
+#[test]
+fn an_alarm_is_expected_by_its_number() {
+    let number = |name: &str, call: &str, alarm: &str| {
+        format!("[[test]]\nname = \"{name}\"\ncall = \"{call}\"\nthen.alarm = \"{alarm}\"\n")
+    };
+    let tests = number("far", "PLACE(900, 0)", "2-046") + &number("near", "PLACE(0, 0)", "2-046");
+    let (_directory, file) = folder(&tests);
+    let text = stdout(&run(&["test", &file]));
+    assert!(
+        text.contains("pallet.test.toml:8: alarm: expected 2-046, found: ended\n"),
+        "{text}"
+    );
+    // The alarm of the first names its line of the program.
+    let other = tests.replace("2-046", "2-101");
+    let (_directory, file) = folder(&other);
+    let text = stdout(&run(&["test", &file]));
+    assert!(text.contains("alarm: expected 2-101, found: alarm "), "{text}");
+    assert!(text.contains("line 12: "), "{text}");
+}
+
+#[test]
+fn what_cannot_be_tested_is_an_error_with_its_place() {
+    let entry = |line: &str| format!("[[test]]\nname = \"x\"\n{line}\n");
+    for (tests, place) in [
+        (
+            entry("call = \"PLCE(1, 2)\""),
+            ":3:8: this file has no program PLCE; did you mean PLACE?",
+        ),
+        (
+            entry("call = \"PLACE(1)\""),
+            ":3:8: PLACE takes 2 arguments, found 1",
+        ),
+        (
+            entry("call = \"DELAY 1\""),
+            ":3:8: expected a call such as PLACE(2, 30.5), found another statement",
+        ),
+        (
+            entry("given.recods.ip1 = []"),
+            ":3:7: unknown key `recods` in [test.given]; did you mean `records`?",
+        ),
+        (
+            entry("at = [\"1 s: imput 3 on\"]"),
+            ":3:7: unknown action `imput 3 on`; did you mean `input`?",
+        ),
+        (
+            entry("then.alarm = \"2-999\""),
+            ":3:14: expected the number of an alarm of the controller",
+        ),
+        (entry("") + &entry(""), ":4:1: the test `x` appears twice"),
+    ] {
+        let (_directory, file) = folder(&tests);
+        let output = run(&["test", &file]);
+        assert_eq!(output.status.code(), Some(2), "{tests}");
+        let text = stderr(&output);
+        assert!(
+            text.starts_with("error: ") && text.contains(&format!("pallet.test.toml{place}")),
+            "{text}"
+        );
+    }
+    let (directory, file) = folder(TESTS);
+    assert_eq!(
+        run(&["test", &file, "--filter", "nothing"]).status.code(),
+        Some(2)
+    );
+    directory.file("pallet.scol", "PROGRAM M\nMOVEE P\nEND\n");
+    let output = run(&["test", &file]);
+    assert_eq!(output.status.code(), Some(2));
+    assert!(
+        stderr(&output).contains("pallet.scol:2:1: error["),
+        "{}",
+        stderr(&output)
+    );
+    let other = directory.file("other.scol", PALLET);
+    let output = run(&["test", &other]);
+    assert!(
+        stderr(&output).contains("other.test.toml is missing"),
+        "{}",
+        stderr(&output)
+    );
+}
+
+/// A file that is wrong does not hide the results of the others.
+#[test]
+fn junit_has_passed_failed_and_untested() {
+    let (directory, _) = folder(TESTS);
+    directory.file("b.scol", PALLET);
+    directory.file(
+        "b.test.toml",
+        "[[test]]\nname = \"fails <here>\"\ngiven.inputs = [5]\nthen.outputs-on = [9]\n",
+    );
+    directory.file("c.test.toml", "[[test]]\nnam = \"x\"\n");
+    let report = directory.at("results.xml").display().to_string();
+    let output = run(&[
+        "test",
+        &directory.path().display().to_string(),
+        "--junit",
+        &report,
+    ]);
+    assert_eq!(output.status.code(), Some(2));
+    let xml = std::fs::read_to_string(report).unwrap();
+    assert!(
+        xml.contains("<testsuite name=\"ts3100 test\" tests=\"4\" skipped=\"0\" errors=\"1\" failures=\"1\""),
+        "{xml}"
+    );
+    assert!(xml.contains("name=\"fails &lt;here&gt;\""), "{xml}");
+    assert!(xml.contains("output 9: expected on, found off"), "{xml}");
+    assert!(xml.contains("unknown key `nam`"), "{xml}");
+}
