@@ -1,7 +1,7 @@
 //! Runs one statement and tells what it does: values given to variables, the way of an IF, the target of a motion, a monitor that
 //! acts.
 //!
-//! The instructions are run as in `vm`, one step at a time, and the steps say what to look at. Without a listener nobody comes
+//! The instructions are run as in `vm`, one step at a time, and the steps say what to look at. Only a caller that listens comes
 //! here. Start with [`Machine::run_told`].
 
 use crate::prelude::*;
