@@ -52,14 +52,15 @@ function debugConfiguration(given, front, settings) {
   const isEmpty = !given.type && !given.request && !given.name;
   const configuration = isEmpty ? ofFront : { ...given };
   if (configuration.request === "attach" || configuration.recording) return { configuration };
-  if (!configuration.program) {
+  configuration.program ||= "${file}";
+  if (configuration.program === "${file}") {
+    // Before the editor puts a name there: that of another file would be told as a program full of errors.
     if (front?.languageId !== SCOL) {
       return { problem: "cannot debug: no SCOL file is in front; open one, or name `program` in launch.json" };
     }
-    configuration.program = "${file}";
-  }
-  if (front?.isUntitled && configuration.program === "${file}") {
-    return { problem: "cannot debug: this program has no file yet; save it first" };
+    if (front.isUntitled) {
+      return { problem: "cannot debug: this program has no file yet; save it first" };
+    }
   }
   for (const name of /** @type {const} */ (["model", "points"])) {
     if (settings[name]) configuration[name] ??= settings[name];

@@ -8,6 +8,9 @@ const { SCOL, debugConfiguration, flags, mainProgram, taskArguments } = require(
 const { Pendant } = require("./pendant");
 const { findProgram } = require("./place");
 
+/** Programs that are files, or become some. The text of a recorded run is SCOL too, and nothing can be done with it. */
+const PROGRAMS = [{ language: SCOL, scheme: "file" }, { language: SCOL, scheme: "untitled" }];
+
 /** @type {vscode.ExtensionContext} */
 let context;
 /** @type {LanguageClient | undefined} */
@@ -30,7 +33,7 @@ async function activate(given) {
   context.subscriptions.push(
     pendant,
     ...Object.entries(commands).map(([name, action]) => vscode.commands.registerCommand(name, action)),
-    vscode.languages.registerCodeLensProvider(SCOL, { provideCodeLenses }),
+    vscode.languages.registerCodeLensProvider(PROGRAMS, { provideCodeLenses }),
     vscode.tasks.registerTaskProvider("ts3100", { provideTasks, resolveTask }),
     vscode.debug.registerDebugConfigurationProvider(SCOL, { resolveDebugConfiguration }),
     vscode.debug.registerDebugAdapterDescriptorFactory(SCOL, { createDebugAdapterDescriptor }),
@@ -74,7 +77,7 @@ function startServer() {
     const command = await program();
     if (!command) return;
     const server = { command, args: ["lsp", ...flags(settings())] };
-    client = new LanguageClient("ts3100", "SCOL", server, { documentSelector: [{ language: SCOL }] });
+    client = new LanguageClient("ts3100", "SCOL", server, { documentSelector: PROGRAMS });
     // The client says itself why it cannot start.
     await client.start().catch(() => {});
   });

@@ -15,7 +15,9 @@ test("F5 without a launch file runs the file in front", () => {
 
 test("without a SCOL file in front there is nothing to debug, and a file without a name is saved first", () => {
   for (const front of [undefined, { languageId: "json", isUntitled: false }]) {
-    assert.match(debugConfiguration({}, front, NONE).problem, /no SCOL file is in front/);
+    for (const given of [{}, { type: "scol", request: "launch", name: "x", program: "${file}" }]) {
+      assert.match(debugConfiguration(given, front, NONE).problem, /no SCOL file is in front/);
+    }
   }
   assert.match(debugConfiguration({}, { ...SCOL, isUntitled: true }, NONE).problem, /save it first/);
 });

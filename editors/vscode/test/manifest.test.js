@@ -51,7 +51,7 @@ test("the debugger, the tasks and the lenses are registered under the contribute
   assert.strictEqual(calls.registerDebugAdapterDescriptorFactory[0][0], debugType);
   assert.strictEqual(calls.registerDebugConfigurationProvider[0][0], debugType);
   assert.strictEqual(calls.registerTaskProvider[0][0], manifest.contributes.taskDefinitions[0].type);
-  assert.strictEqual(calls.registerCodeLensProvider[0][0], manifest.contributes.languages[0].id);
+  for (const { language } of calls.registerCodeLensProvider[0][0]) assert.strictEqual(language, manifest.contributes.languages[0].id);
 });
 
 test("menus, walkthrough and files name what is there", () => {
