@@ -188,7 +188,7 @@ def page(binary):
     try:
         pages.run("containers/docker_image", os.path.abspath(binary))
     finally:
-        succeeds("docker", "rm", "-f", "robot")
+        succeeds("docker", "rm", "-f", "robot", "guarded")
         succeeds("docker", "volume", "rm", "robot-drive")
         succeeds("docker", "rmi", "ts3100")
 

@@ -21,7 +21,7 @@ ROOT = os.path.abspath(os.path.join(os.path.dirname(os.path.abspath(__file__)), 
 sys.path.insert(0, os.path.join(ROOT, "clients", "python", "src"))
 from ts3100 import NotReached, Refused, Robot  # noqa: E402, F401
 
-READY_TIMEOUT, STOP_TIMEOUT = 20.0, 5.0
+READY_TIMEOUT, STOP_TIMEOUT = 60.0, 5.0
 # How much of a log is shown when a test fails.
 LOG_SHOWN = 8192
 # The only setting of the environment that reaches an emulator: legal_variation gives it to the hosts it starts.
