@@ -199,8 +199,7 @@ impl Controller {
         }
     }
 
-    /// The value of an expression as the call with this index of a task reads it; an assignment is tried in a copy, and has
-    /// the value that its variable would have.
+    /// The value of an expression as the call with this index of a task reads it, in a copy.
     ///
     /// # Errors
     /// See [`InspectError`].
@@ -221,8 +220,7 @@ impl Controller {
     /// # Errors
     /// See [`InspectError`].
     pub fn assign(&mut self, assignment: &Assignment) -> Result<(), InspectError> {
-        let Assignment { task, call, text } = assignment;
-        self.robot.evaluate(*task, *call, text).map(drop)
+        self.robot.assign(assignment).map(drop)
     }
 
     /// The lines of the selected file on which a statement begins, in ascending order.

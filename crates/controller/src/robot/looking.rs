@@ -1,25 +1,48 @@
-//! Expressions and assignments that somebody asks of a program that has stopped.
+//! Expressions and assignments for a debugger, in a call of one of the tasks.
 
 use super::Robot;
 use crate::executor::Task;
 use crate::inspection::{Assignment, InspectError};
-use scol_mini::Value;
+use scol_mini::{Inputs, Machine, Memory, ProbeError, Value};
 
 impl Robot {
-    /// The value of an expression in the call with this index, from the outermost; an assignment is carried out.
+    /// The value of an expression in the call with this index, from the outermost.
     ///
     /// # Errors
     /// See [`InspectError`].
     pub(crate) fn evaluate(&mut self, task: u16, call: usize, text: &str) -> Result<Value, InspectError> {
+        self.in_call(task, call, |machine, call, memory, inputs| {
+            machine.value(call, text, memory, inputs)
+        })
+    }
+
+    /// Carries out an assignment.
+    ///
+    /// # Errors
+    /// See [`InspectError`].
+    pub(crate) fn assign(&mut self, assignment: &Assignment) -> Result<Value, InspectError> {
+        let Assignment { task, call, text } = assignment;
+        self.in_call(*task, *call, |machine, call, memory, inputs| {
+            machine.probe(call, text, memory, inputs)
+        })
+    }
+
+    fn in_call(
+        &mut self,
+        task: u16,
+        call: usize,
+        ask: impl FnOnce(&mut Machine, usize, &mut Memory, &dyn Inputs) -> Result<Value, ProbeError>,
+    ) -> Result<Value, InspectError> {
         if self.executor.selected().is_none() {
             return Err(InspectError::NoFile);
         }
-        let mut taken = self.executor.take_task(task).ok_or(InspectError::NoTask(task))?;
+        let taken = self.executor.take_task(task);
+        let mut taken = taken.ok_or(InspectError::NoTask(task))?;
         let (inputs, memory) = self.inputs_and_memory(self.context.now);
         let outside = taken.machine().depth();
         let value = match (call.checked_sub(outside), taken.handler_mut()) {
-            (Some(call), Some(handler)) => handler.machine_mut().probe(call, text, memory, &inputs),
-            _ => taken.machine_mut().probe(call, text, memory, &inputs),
+            (Some(call), Some(handler)) => ask(handler.machine_mut(), call, memory, &inputs),
+            _ => ask(taken.machine_mut(), call, memory, &inputs),
         };
         self.executor.put_task(taken);
         Ok(value?)
@@ -36,13 +59,13 @@ impl Robot {
         outside: usize,
         assignment: &Assignment,
     ) -> Result<Value, InspectError> {
-        let Assignment { task: id, call, text } = assignment;
-        if *id != task.id() {
-            return self.evaluate(*id, *call, text);
+        if assignment.task != task.id() {
+            return self.assign(assignment);
         }
         // The interrupted program is not at hand; what it shares with the action is.
-        let call = call.saturating_sub(outside);
+        let call = assignment.call.saturating_sub(outside);
         let (inputs, memory) = self.inputs_and_memory(self.context.now);
-        Ok(task.machine_mut().probe(call, text, memory, &inputs)?)
+        let value = task.machine_mut().probe(call, &assignment.text, memory, &inputs);
+        Ok(value?)
     }
 }

@@ -3,6 +3,9 @@
 //! The server is `ts3100-workbench`'s. Here messages are read by a thread, the program continues between two of them, and what is
 //! debugged is made: a run without sockets, or a recording. A running emulator is in `attached`.
 
+#[cfg(test)]
+mod tests;
+
 use super::check::CheckedFile;
 use super::exit::{NEGATIVE, UNUSABLE};
 use super::run::{self, RunArgs, show};

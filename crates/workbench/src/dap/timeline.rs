@@ -120,6 +120,8 @@ pub struct Timeline<C> {
     target: Option<Target>,
     /// The first statement at which it may stop.
     first: u64,
+    /// Tasks that have executed a motion statement since then.
+    moved: Vec<u16>,
     said: Vec<Said>,
     going: Going,
 }
@@ -163,6 +165,7 @@ impl<C: Course> Timeline<C> {
             assignments: Vec::new(),
             target: None,
             first: 0,
+            moved: Vec::new(),
             said: Vec::new(),
             going: Going::Pausing,
         }
@@ -222,6 +225,7 @@ impl<C: Course> Timeline<C> {
         let mut run = self.before_step(&self.base, self.steps);
         let mut inspection = self.inspection(self.base.next, self.first, self.target);
         inspection.breakpoints = mem::take(&mut self.breakpoints);
+        inspection.moved.clone_from(&self.moved);
         let alarms = run.controller().alarms().active().to_vec();
         run.inspect(inspection);
         let ending = run.step();
@@ -238,6 +242,7 @@ impl<C: Course> Timeline<C> {
             self.said_of_step = said.len();
             return self.halted(run, halt);
         }
+        self.moved = inspection.moved;
         self.said_of_step = 0;
         let raised = run.controller().alarms().active();
         let raised = raised.iter().find(|alarm| !alarms.contains(alarm));
@@ -490,6 +495,7 @@ impl<C: Course> Debuggee for Timeline<C> {
         if let Going::Over(_) = self.going {
             return Ok(());
         }
+        self.moved.clear();
         self.first = self.at + u64::from(self.is_halted);
         self.target = match goal {
             Goal::Into(task) => Some(Target::Into { task }),

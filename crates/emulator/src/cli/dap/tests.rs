@@ -1,0 +1,464 @@
+#[allow(dead_code, reason = "shared with crates that use all of it")]
+#[path = "../../../../../tests/src/testing.rs"]
+mod testing;
+
+use super::*;
+use serde_json::{Value, json};
+use std::fs;
+use std::path::PathBuf;
+use testing::TempDir;
+
+const PALLET: &str = "\
+GLOBAL
+  COUNT = 0
+  DIM GRID(2,1) AS INTEGER
+END
+PROGRAM MAIN
+  N = 3
+  FOR I = 1 TO N
+    PUT(I, 12.5)
+  NEXT I
+  PRINT COM1, \"DONE\", COUNT, CR
+  MOVEA 1, 1 / (COUNT - 3)
+END
+PROGRAM PUT(ROW, DX)
+  D = ROW * DX
+  MOVE PLACE + POINT(D, 0, 0, 0, 0, 0, 0, 0, 0)
+  COUNT = COUNT + 1
+  GRID(0,1) = ROW
+  RETURN
+END
+DATA
+  POINT PLACE = 300, 0, 50, 0, 0, 0, 0, 0
+END
+";
+
+/// An editor that debugs.
+struct Editor {
+    server: Server<Programs>,
+    seq: u64,
+    events: Vec<Value>,
+    folder: TempDir,
+}
+
+impl Editor {
+    fn new() -> Editor {
+        let mut editor = Editor {
+            server: Server::new(Programs),
+            seq: 0,
+            events: Vec::new(),
+            folder: TempDir::new("debugger"),
+        };
+        editor.ask("initialize", &json!({ "adapterID": "scol" }));
+        editor
+    }
+
+    fn file(&self, name: &str, content: &str) -> PathBuf {
+        let path = self.folder.path().join(name);
+        fs::write(&path, content).unwrap();
+        path
+    }
+
+    /// Sends a request and returns its response.
+    fn request(&mut self, command: &str, arguments: &Value) -> Value {
+        self.seq += 1;
+        let message =
+            json!({ "seq": self.seq, "type": "request", "command": command, "arguments": arguments });
+        let answers = self.server.receive(message.to_string().as_bytes());
+        let (responses, events): (Vec<Value>, Vec<Value>) = answers
+            .into_iter()
+            .partition(|answer| answer["type"] == "response");
+        self.events.extend(events);
+        let [response] = responses.as_slice() else {
+            panic!("{command}: {responses:?}");
+        };
+        assert_eq!(response["request_seq"], self.seq);
+        response.clone()
+    }
+
+    fn ask(&mut self, command: &str, arguments: &Value) -> Value {
+        let response = self.request(command, arguments);
+        assert_eq!(response["success"], true, "{command}: {response}");
+        response["body"].clone()
+    }
+
+    fn refused(&mut self, command: &str, arguments: &Value) -> String {
+        let response = self.request(command, arguments);
+        assert_eq!(response["success"], false, "{command}");
+        response["message"].as_str().unwrap().to_owned()
+    }
+
+    /// Lets the program run until it stops or ends; the event.
+    fn run(&mut self) -> Value {
+        while self.server.is_running() {
+            let events = self.server.work();
+            self.events.extend(events);
+        }
+        let ends = |event: &&Value| event["event"] == "stopped" || event["event"] == "terminated";
+        self.events.iter().rfind(ends).unwrap().clone()
+    }
+
+    fn go(&mut self, command: &str) -> Value {
+        self.ask(command, &json!({ "threadId": 1 }));
+        self.run()
+    }
+
+    /// Starts a program with breakpoints and runs to the first stop.
+    fn start(&mut self, launch: &Value, path: &Path, breakpoints: &Value) -> Value {
+        self.ask("launch", launch);
+        self.ask(
+            "setBreakpoints",
+            &json!({ "source": { "path": path }, "breakpoints": breakpoints }),
+        );
+        self.ask("setExceptionBreakpoints", &json!({ "filters": ["alarms"] }));
+        self.ask("configurationDone", &json!({}));
+        self.run()
+    }
+
+    /// Program and line of each call of a task, innermost first.
+    fn calls(&mut self, task: u16) -> Vec<(String, u64)> {
+        let stack = self.ask("stackTrace", &json!({ "threadId": task }));
+        let frames = stack["stackFrames"].as_array().unwrap().iter();
+        frames
+            .map(|frame| {
+                (
+                    frame["name"].as_str().unwrap().to_owned(),
+                    frame["line"].as_u64().unwrap(),
+                )
+            })
+            .collect()
+    }
+
+    fn line(&mut self) -> u64 {
+        self.calls(1)[0].1
+    }
+
+    /// Names and values of a scope of the innermost call.
+    fn scope(&mut self, name: &str) -> Vec<(String, String)> {
+        let stack = self.ask("stackTrace", &json!({ "threadId": 1 }));
+        let frame = &stack["stackFrames"][0]["id"];
+        let scopes = self.ask("scopes", &json!({ "frameId": frame }));
+        let scopes = scopes["scopes"].as_array().unwrap();
+        let scope = scopes.iter().find(|scope| scope["name"] == name).unwrap();
+        let variables = self.ask(
+            "variables",
+            &json!({ "variablesReference": scope["variablesReference"] }),
+        );
+        let rows = variables["variables"].as_array().unwrap().iter();
+        let text = |value: &Value| value.as_str().unwrap().to_owned();
+        rows.map(|row| (text(&row["name"]), text(&row["value"])))
+            .collect()
+    }
+
+    fn value(&mut self, expression: &str) -> String {
+        let stack = self.ask("stackTrace", &json!({ "threadId": 1 }));
+        let frame = &stack["stackFrames"][0]["id"];
+        let found = self.ask(
+            "evaluate",
+            &json!({ "expression": expression, "frameId": frame, "context": "watch" }),
+        );
+        found["result"].as_str().unwrap().to_owned()
+    }
+
+    fn said(&mut self) -> String {
+        let texts = self.events.iter().filter(|event| event["event"] == "output");
+        let text = texts
+            .map(|event| event["body"]["output"].as_str().unwrap())
+            .collect();
+        self.events.clear();
+        text
+    }
+}
+
+fn named(rows: &[(&str, &str)]) -> Vec<(String, String)> {
+    rows.iter()
+        .map(|(name, value)| ((*name).to_owned(), (*value).to_owned()))
+        .collect()
+}
+
+fn call(name: &str, line: u64) -> (String, u64) {
+    (name.to_owned(), line)
+}
+
+#[test]
+fn a_condition_stops_in_the_call_for_which_it_is_true() {
+    let mut editor = Editor::new();
+    let path = editor.file("pallet.scol", PALLET);
+    let stop = editor.start(
+        &json!({ "program": path }),
+        &path,
+        &json!([{ "line": 16, "condition": "ROW == 2" }]),
+    );
+    assert_eq!(stop["body"]["reason"], "breakpoint");
+    assert_eq!(stop["body"]["hitBreakpointIds"], json!([1]));
+    assert_eq!(editor.calls(1), [call("PUT", 16), call("MAIN", 8)]);
+    let locals = named(&[("ROW", "2"), ("DX", "12.500"), ("D", "25.000")]);
+    assert_eq!(editor.scope("Local"), locals);
+    assert_eq!(editor.scope("Global")[0], ("COUNT".to_owned(), "1".to_owned()));
+    assert_eq!(editor.value("ROW * 2 + DX"), "16.500");
+    assert_eq!(editor.value("PLACE.X"), "300.000");
+}
+
+#[test]
+fn steps_go_over_into_and_out_of_calls() {
+    let mut editor = Editor::new();
+    let path = editor.file("pallet.scol", PALLET);
+    let stop = editor.start(
+        &json!({ "program": path, "stopOnEntry": true }),
+        &path,
+        &json!([]),
+    );
+    assert_eq!(stop["body"]["reason"], "entry");
+    assert_eq!(editor.line(), 6);
+    editor.go("next");
+    editor.go("next");
+    assert_eq!(editor.line(), 8);
+    editor.go("stepIn");
+    assert_eq!(editor.calls(1), [call("PUT", 14), call("MAIN", 8)]);
+    editor.go("stepOut");
+    assert_eq!(editor.calls(1), [call("MAIN", 9)]);
+    editor.go("next");
+    assert_eq!(editor.line(), 8);
+    editor.go("next");
+    assert_eq!(editor.line(), 9, "a call is one step");
+    editor.go("stepMotion");
+    assert_eq!(editor.calls(1), [call("PUT", 16), call("MAIN", 8)]);
+}
+
+#[test]
+fn back_leads_to_the_same_places_with_the_same_values() {
+    let mut editor = Editor::new();
+    let path = editor.file("pallet.scol", PALLET);
+    editor.start(
+        &json!({ "program": path, "stopOnEntry": true }),
+        &path,
+        &json!([]),
+    );
+    let mut seen = Vec::new();
+    loop {
+        seen.push((editor.calls(1), editor.scope("Local"), editor.scope("Global")));
+        if editor.go("stepIn")["event"] == "terminated" || editor.line() == 11 {
+            break;
+        }
+    }
+    assert_eq!(seen.len(), 2 + 3 * 7 + 1, "{seen:#?}");
+    for there in seen.iter().rev() {
+        let stop = editor.go("stepBack");
+        assert_eq!(stop["event"], "stopped");
+        // A step back goes over what a call has done, as a step forward does.
+        let here = (editor.calls(1), editor.scope("Local"), editor.scope("Global"));
+        if there.0.len() == 1 {
+            assert!(seen.contains(&here), "{here:?}");
+        }
+    }
+    assert_eq!(editor.go("stepBack")["body"]["reason"], "entry");
+    assert_eq!(editor.line(), 6);
+    editor.ask(
+        "setBreakpoints",
+        &json!({ "source": { "path": path }, "breakpoints": [{ "line": 17 }] }),
+    );
+    for count in ["1", "2", "3"] {
+        editor.go("continue");
+        assert_eq!(editor.value("COUNT"), count);
+    }
+    for count in ["2", "1"] {
+        editor.go("reverseContinue");
+        assert_eq!(editor.value("COUNT"), count);
+    }
+}
+
+#[test]
+fn an_alarm_stops_with_its_cause() {
+    let mut editor = Editor::new();
+    let path = editor.file("pallet.scol", PALLET);
+    let stop = editor.start(&json!({ "program": path }), &path, &json!([]));
+    assert_eq!(stop["body"]["reason"], "exception");
+    let info = editor.ask("exceptionInfo", &json!({ "threadId": 1 }));
+    assert_eq!(info["exceptionId"], "2-101");
+    assert!(editor.said().contains("DONE           3"));
+    assert_eq!(editor.go("continue")["event"], "terminated");
+}
+
+#[test]
+fn a_changed_variable_makes_another_future_and_stays_on_the_way_back() {
+    let mut editor = Editor::new();
+    let path = editor.file("pallet.scol", PALLET);
+    editor.start(
+        &json!({ "program": path }),
+        &path,
+        &json!([{ "line": 16, "hitCondition": "2" }]),
+    );
+    let stack = editor.ask("stackTrace", &json!({ "threadId": 1 }));
+    let frame = &stack["stackFrames"][0]["id"];
+    for assignment in ["COUNT = 10", "ROW = 7", "PLACE.X = 310"] {
+        editor.ask(
+            "evaluate",
+            &json!({ "expression": assignment, "frameId": frame, "context": "repl" }),
+        );
+    }
+    assert_eq!(editor.scope("Local")[0], ("ROW".to_owned(), "7".to_owned()));
+    editor.go("next");
+    assert_eq!(editor.value("COUNT"), "11");
+    editor.go("stepBack");
+    assert_eq!(
+        (
+            editor.value("COUNT"),
+            editor.value("ROW"),
+            editor.value("PLACE.X")
+        ),
+        ("10".to_owned(), "7".to_owned(), "310.000".to_owned())
+    );
+    editor.go("stepBack");
+    assert_eq!(
+        (editor.value("COUNT"), editor.value("ROW")),
+        ("1".to_owned(), "2".to_owned())
+    );
+    editor.go("continue");
+    // ROW is the I of the loop, which ends; the alarm of a count of 3 does not come.
+    let events = editor.said();
+    assert!(events.contains("DONE          11"), "{events}");
+}
+
+#[test]
+fn a_message_is_said_and_does_not_stop() {
+    let mut editor = Editor::new();
+    let path = editor.file("pallet.scol", PALLET);
+    let breakpoints = json!([
+        { "line": 15, "logMessage": "row {ROW}: {D}" },
+        { "line": 17, "hitCondition": ">=3" },
+    ]);
+    editor.start(&json!({ "program": path }), &path, &breakpoints);
+    assert_eq!(editor.value("ROW"), "3");
+    assert_eq!(editor.said(), "row 1: 12.500\nrow 2: 25.000\nrow 3: 37.500\n");
+}
+
+#[test]
+fn tasks_are_threads_and_a_step_is_of_one_of_them() {
+    let mut editor = Editor::new();
+    let program = "PROGRAM MAIN\n  T = TASK(\"BELT\")\n  DELAY 1\n  N = 1\nEND\nPROGRAM BELT\n  M = 1\n  M = 2\n  DELAY 5\nEND\n";
+    let path = editor.file("tasks.scol", program);
+    let stop = editor.start(&json!({ "program": path }), &path, &json!([{ "line": 8 }]));
+    assert_eq!(stop["body"]["threadId"], 2);
+    let threads = editor.ask("threads", &json!({}));
+    assert_eq!(
+        threads["threads"],
+        json!([{ "id": 1, "name": "MAIN" }, { "id": 2, "name": "BELT (task 2)" }])
+    );
+    assert_eq!(editor.calls(2), [call("BELT", 8)]);
+    editor.ask("next", &json!({ "threadId": 1 }));
+    let stop = editor.run();
+    assert_eq!(
+        (&stop["body"]["threadId"], editor.calls(1)),
+        (&json!(1), vec![call("MAIN", 3)])
+    );
+}
+
+#[test]
+fn a_program_that_waits_for_nothing_continues_after_a_change() {
+    let mut editor = Editor::new();
+    let program = "GLOBAL\n  FLAG = 0\nEND\nPROGRAM MAIN\n  WAIT FLAG == 1\n  PRINT COM1, \"ON\", CR\nEND\n";
+    let path = editor.file("wait.scol", program);
+    let stop = editor.start(&json!({ "program": path }), &path, &json!([]));
+    assert!(
+        stop["body"]["text"]
+            .as_str()
+            .unwrap()
+            .contains("can no longer become true"),
+        "{stop}"
+    );
+    let stack = editor.ask("stackTrace", &json!({ "threadId": 1 }));
+    editor.ask(
+        "evaluate",
+        &json!({ "expression": "FLAG = 1", "frameId": stack["stackFrames"][0]["id"], "context": "repl" }),
+    );
+    assert_eq!(editor.go("continue")["event"], "terminated");
+    assert!(editor.said().contains("ON\n"));
+}
+
+#[test]
+fn refusals_say_what_is_wrong() {
+    let mut editor = Editor::new();
+    let path = editor.file("wrong.scol", "PROGRAM MAIN\n  MOEV P1\nEND\n");
+    let reason = editor.refused("launch", &json!({ "program": path }));
+    assert!(reason.contains("did you mean MOVE?"), "{reason}");
+    assert!(
+        editor
+            .refused("launch", &json!({}))
+            .contains("expected `program`")
+    );
+    assert!(
+        editor
+            .refused("next", &json!({ "threadId": 1 }))
+            .contains("no program is debugged yet")
+    );
+    assert!(
+        editor
+            .refused("gotoTargets", &json!({}))
+            .contains("`gotoTargets` is not served")
+    );
+    let path = editor.file("pallet.scol", PALLET);
+    let reason = editor.refused("launch", &json!({ "program": path, "at": ["1.5 s: inptu 8 on"] }));
+    assert!(reason.contains("inptu"), "{reason}");
+    let breakpoints = json!([{ "line": 16, "hitCondition": "often" }, { "line": 99 }]);
+    editor.start(
+        &json!({ "program": path, "stopOnEntry": true }),
+        &path,
+        &json!([]),
+    );
+    let set = editor.ask(
+        "setBreakpoints",
+        &json!({ "source": { "path": path }, "breakpoints": breakpoints }),
+    );
+    let messages: Vec<&str> = (0..2)
+        .map(|at| set["breakpoints"][at]["message"].as_str().unwrap())
+        .collect();
+    assert!(
+        messages[0].contains("expected a number of hits such as `3`"),
+        "{messages:?}"
+    );
+    assert_eq!(messages[1], "no statement follows in the file");
+    let reason = editor.refused(
+        "evaluate",
+        &json!({ "expression": "COUNT = 3", "context": "watch" }),
+    );
+    assert_eq!(reason, "\"=\" assigns; compare with \"==\"");
+}
+
+/// Every program of the fixtures that runs by itself: stopped before each of its statements it says the same, and takes as long.
+#[test]
+fn a_run_that_is_inspected_is_the_same_run() {
+    let folder = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../../fixtures/scol/run"));
+    let mut count = 0;
+    for entry in fs::read_dir(folder).unwrap() {
+        let path = entry.unwrap().path();
+        if path.extension().is_none_or(|end| end != "scol") {
+            continue;
+        }
+        let arguments = |stops: bool| json!({ "program": path, "maxTime": "20s", "stopOnEntry": stops });
+        let mut plain = Editor::new();
+        if plain.request("launch", &arguments(false))["success"] != true {
+            continue;
+        }
+        plain.ask("configurationDone", &json!({}));
+        let mut steps = 0;
+        while plain.run()["event"] != "terminated" && steps < 3 {
+            plain.go("continue");
+            steps += 1;
+        }
+        let mut stepped = Editor::new();
+        stepped.ask("launch", &arguments(true));
+        stepped.ask("configurationDone", &json!({}));
+        let mut steps = 0;
+        while stepped.run()["event"] != "terminated" && steps < 400 {
+            stepped.ask("stepIn", &json!({ "threadId": 1 }));
+            steps += 1;
+        }
+        while stepped.run()["event"] != "terminated" && steps < 403 {
+            stepped.go("continue");
+            steps += 1;
+        }
+        count += 1;
+        assert_eq!(stepped.said(), plain.said(), "{}", path.display());
+    }
+    assert!(count > 5, "{count}");
+}
