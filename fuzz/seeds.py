@@ -99,6 +99,32 @@ ROBOT = b"""origin: observed, ts3100 tap 0.1.0 in front of 192.168.0.124
 """
 
 
+def debugging():
+    """Sessions of an editor that debugs the program of the target: all requests, then in other orders."""
+    source = {"path": "/work/main.scol"}
+    frame = {"threadId": 1}
+    asked = [
+        ("initialize", {"adapterID": "scol"}), ("launch", {"program": "/work/main.scol", "stopOnEntry": True}),
+        ("setBreakpoints", {"source": source, "breakpoints": [
+            {"line": 17, "condition": "ROW == 2"}, {"line": 15, "hitCondition": "%2"}, {"line": 16, "logMessage": "at {D} {X"},
+            {"line": 18, "condition": "1 / 0"}, {"line": 99}]}),
+        ("setExceptionBreakpoints", {"filters": ["alarms"]}), ("configurationDone", {}), ("threads", {}), ("stackTrace", frame),
+        ("scopes", {"frameId": 1}), ("variables", {"variablesReference": 1}), ("next", frame), ("stepIn", frame), ("continue", frame),
+        ("stackTrace", frame), ("scopes", {"frameId": 1}), ("variables", {"variablesReference": 2}),
+        ("setVariable", {"variablesReference": 2, "name": "COUNT", "value": "7"}),
+        ("evaluate", {"expression": "GRID(1,1) + ROW", "frameId": 1, "context": "watch"}),
+        ("evaluate", {"expression": "ROW = 3", "frameId": 1, "context": "repl"}),
+        ("setExpression", {"expression": "PLACE", "value": "(1, 2, 3, 0, 0, 0, 0, 0, 0)", "frameId": 1}), ("stepOut", frame),
+        ("stepMotion", frame), ("stepBack", frame), ("reverseContinue", frame), ("pause", {}), ("exceptionInfo", frame),
+        ("breakpointLocations", {"source": source, "line": 1, "endLine": 40}), ("source", {"sourceReference": 1}), ("continue", frame),
+        ("gotoTargets", {}), ("terminate", {}),
+    ]
+    lines = [json.dumps({"seq": seq, "type": "request", "command": command, "arguments": arguments}).encode()
+             for seq, (command, arguments) in enumerate(asked, 1)]
+    for choice in (0, 1, 2, 8, 0x31, 0x52, 0x98):
+        yield "everything-%d" % choice, bytes([choice]) + b"\n".join(lines)
+
+
 def sessions():
     """Sessions of editors with the language server: those that were recorded, and one that asks for everything, each in a few orders."""
     for path in sorted((ROOT / "fixtures/sessions").glob("*.jsonl")):
@@ -132,7 +158,7 @@ def sessions():
 
 def main(folder):
     folder = pathlib.Path(folder)
-    for name in ["front", "run", "cell", "protocol", "parameters", "snapshot", "rfc2217", "control", "recording", "survey", "trace", "lsp", "canary"]:
+    for name in ["front", "run", "cell", "protocol", "parameters", "snapshot", "rfc2217", "control", "recording", "survey", "trace", "lsp", "dap", "canary"]:
         (folder / name).mkdir(parents=True, exist_ok=True)
     for path in sorted((ROOT / "fixtures/scol").glob("*/*.scol")):
         name, source = f"{path.parent.name}-{path.stem}", path.read_text()
@@ -159,6 +185,8 @@ def main(folder):
         (folder / "control" / name).write_bytes(call)
     for name, messages in sessions():
         (folder / "lsp" / name).write_bytes(messages)
+    for name, messages in debugging():
+        (folder / "dap" / name).write_bytes(messages)
     for name, file in surveys():
         (folder / "survey" / name).write_bytes(file)
     for path in sorted((ROOT / "fuzz/parameters").glob("*.par")):

@@ -7,6 +7,7 @@
 pub mod canary;
 pub mod cell;
 pub mod control;
+pub mod dap;
 pub mod front;
 pub mod lsp;
 pub mod parameters;

@@ -24,9 +24,10 @@ const MAX_INPUTS: usize = 120;
 type Target = fn(&[u8]);
 
 /// Every target but `canary`, whose defect is planted.
-const TARGETS: [(&str, Target); 12] = [
+const TARGETS: [(&str, Target); 13] = [
     ("cell", targets::cell::check),
     ("control", targets::control::check),
+    ("dap", targets::dap::check),
     ("front", targets::front::check),
     ("lsp", targets::lsp::check),
     ("parameters", targets::parameters::check),
@@ -72,6 +73,7 @@ macro_rules! replays {
 replays! {
     the_corpus_of_cell_holds: "cell";
     the_corpus_of_control_holds: "control";
+    the_corpus_of_dap_holds: "dap";
     the_corpus_of_front_holds: "front";
     the_corpus_of_lsp_holds: "lsp";
     the_corpus_of_parameters_holds: "parameters";

@@ -10,6 +10,7 @@
 pub mod cli;
 mod color;
 pub mod config;
+pub mod debugged;
 pub mod embed;
 #[cfg(test)]
 #[allow(dead_code, reason = "shared with crates that use all of it")]

@@ -8,8 +8,8 @@ mod tests;
 
 use super::check::CheckedFile;
 use super::exit::{NEGATIVE, UNUSABLE};
-use super::run::{self, RunArgs, show};
-use crate::headless::{HeadlessRun, KeptEvent, RunEnd};
+use super::run::{self, RunArgs};
+use crate::debugged::ProgramRun;
 use crate::log::print_error;
 use crate::recorded;
 use anyhow::{Context, anyhow, bail};
@@ -21,14 +21,11 @@ use std::path::{Path, PathBuf, absolute};
 use std::sync::Arc;
 use std::sync::mpsc::{Receiver, RecvTimeoutError, sync_channel};
 use std::thread;
-use ts3100_controller::Controller;
-use ts3100_controller::inspection::{Assignment, Inspection};
 use ts3100_driver::pc_file::drive_name;
 use ts3100_recording::replay::Playback;
 use ts3100_recording::transcript::Recording;
 use ts3100_workbench::dap::{
-    AttachArguments, Course, Debuggee, Ending, LaunchArguments, Launched, Launcher, Refusal, Said, Server,
-    Timeline,
+    AttachArguments, Debuggee, LaunchArguments, Launched, Launcher, Refusal, Server, Timeline,
 };
 use ts3100_workbench::framing::{self, FramingError};
 
@@ -174,13 +171,9 @@ fn start(arguments: &LaunchArguments, program: &Path) -> anyhow::Result<Launched
         };
         bail!("{}{more}", first.render(&source, &checked.name).trim_end());
     }
-    let run = HeadlessRun::new(run::request(&args, &source, &config)?)?;
-    let course = ProgramRun {
-        run,
-        names_channels: scol_mini::print_channels(&source).len() > 1,
-    };
+    let run = ProgramRun::new(run::request(&args, &source, &config)?)?;
     Ok(Launched {
-        debuggee: Box::new(Timeline::new(course)),
+        debuggee: Box::new(Timeline::new(run)),
         path: Some(absolute(program)?),
         is_going: false,
     })
@@ -211,82 +204,4 @@ fn open(path: &Path, program: Option<PathBuf>) -> anyhow::Result<Launched> {
         path,
         is_going: false,
     })
-}
-
-/// A program that was launched.
-#[derive(Clone)]
-struct ProgramRun {
-    run: HeadlessRun,
-    /// It prints on several channels.
-    names_channels: bool,
-}
-
-impl ProgramRun {
-    fn text(&self, event: &KeptEvent) -> Option<String> {
-        match event {
-            KeptEvent::Printed { channel, bytes } => {
-                let text = String::from_utf8_lossy(bytes).replace('\r', "\n");
-                Some(match self.names_channels {
-                    true => format!("{channel}: {text}"),
-                    false => text,
-                })
-            }
-            KeptEvent::Refused { reason } => Some(format!("warning: {reason}\n")),
-            KeptEvent::Statement { .. } => None,
-        }
-    }
-}
-
-impl Course for ProgramRun {
-    fn controller(&self) -> &Controller {
-        self.run.controller()
-    }
-
-    fn inspect(&mut self, inspection: Inspection) {
-        self.run.controller_mut().inspect(inspection);
-    }
-
-    fn take_inspection(&mut self) -> Option<Inspection> {
-        self.run.controller_mut().take_inspection()
-    }
-
-    fn step(&mut self) -> Option<Ending> {
-        let end = match self.run.step() {
-            Ok(end) => end?,
-            Err(error) => {
-                return Some(Ending {
-                    code: NEGATIVE,
-                    words: error.to_string(),
-                    stays: false,
-                });
-            }
-        };
-        let (_, words) = show::describe_end(&end);
-        let after = self.run.passed().as_secs_f64();
-        Some(Ending {
-            code: run::exit_code(&end, false),
-            words: format!("after {after:.3} s: {words}"),
-            // What it waits for can still be given to it.
-            stays: matches!(
-                end,
-                RunEnd::Blocked { .. } | RunEnd::NoInput { .. } | RunEnd::OutOfInput { .. }
-            ),
-        })
-    }
-
-    fn take_said(&mut self) -> Vec<Said> {
-        let events = self.run.take_events();
-        let texts = events.iter().filter_map(|(_, event)| self.text(event));
-        texts.map(|text| Said { line: None, text }).collect()
-    }
-
-    fn may_change(&self) -> bool {
-        true
-    }
-
-    fn assign(&mut self, assignment: &Assignment) -> Result<(), Refusal> {
-        let assigned = self.run.controller_mut().assign(assignment);
-        self.run.wake();
-        assigned.map_err(Refusal::new)
-    }
 }

@@ -1,12 +1,10 @@
-#[allow(dead_code, reason = "shared with crates that use all of it")]
-#[path = "../../../../../tests/src/testing.rs"]
-mod testing;
+//! The debugger as an editor sees it: requests in, responses and events out, over programs and a recording.
 
 use super::*;
+use crate::testing::TempDir;
 use serde_json::{Value, json};
 use std::fs;
 use std::path::PathBuf;
-use testing::TempDir;
 
 const PALLET: &str = "\
 GLOBAL
@@ -422,6 +420,49 @@ fn refusals_say_what_is_wrong() {
         &json!({ "expression": "COUNT = 3", "context": "watch" }),
     );
     assert_eq!(reason, "\"=\" assigns; compare with \"==\"");
+}
+
+/// A host has uploaded a program, started it, and read its variables: all of it is gone through, forward and back.
+#[test]
+fn a_recording_of_a_host_is_debugged_in_both_directions() {
+    let mut editor = Editor::new();
+    let folder = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../../fixtures/transcripts"));
+    let recording = folder.join("seq-basic.txt");
+    editor.ask("launch", &json!({ "recording": recording }));
+    let changed = editor
+        .events
+        .iter()
+        .find(|event| event["event"] == "capabilities")
+        .unwrap();
+    assert_eq!(changed["body"]["capabilities"]["supportsSetVariable"], false);
+    editor.ask("configurationDone", &json!({}));
+    let stop = editor.run();
+    assert_eq!(stop["body"]["reason"], "entry");
+    let stack = editor.ask("stackTrace", &json!({ "threadId": 1 }));
+    let source = &stack["stackFrames"][0]["source"];
+    let text = editor.ask("source", &json!({ "sourceReference": source["sourceReference"] }));
+    assert!(text["content"].as_str().unwrap().contains("PROGRAM"));
+    let mut seen = Vec::new();
+    let mut stop = stop;
+    while !stop["body"]["text"]
+        .as_str()
+        .unwrap()
+        .contains("the end of the recording")
+        && seen.len() < 60
+    {
+        seen.push((editor.calls(1), editor.scope("Global"), editor.scope("Lines")));
+        stop = editor.go("stepIn");
+    }
+    assert!(seen.len() > 5, "{seen:?}");
+    for there in seen.iter().rev() {
+        editor.go("stepBack");
+        let here = (editor.calls(1), editor.scope("Global"), editor.scope("Lines"));
+        if there.0.len() == 1 && here.0.len() == 1 {
+            assert_eq!(&here, there);
+        }
+    }
+    let refused = editor.refused("setExpression", &json!({ "expression": "COUNT", "value": "1" }));
+    assert!(refused.contains("a recording has happened"), "{refused}");
 }
 
 /// Every program of the fixtures that runs by itself: stopped before each of its statements it says the same, and takes as long.

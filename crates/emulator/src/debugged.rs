@@ -1,0 +1,102 @@
+//! A program without sockets as a debugger runs it: the run of [`crate::headless`], taken step by step.
+
+use crate::headless::{HeadlessRun, KeptEvent, RunEnd, RunError, RunRequest};
+use ts3100_controller::Controller;
+use ts3100_controller::inspection::{Assignment, Inspection};
+use ts3100_workbench::dap::{Course, Ending, Refusal, Said};
+
+/// A program that runs without sockets. A copy goes its own way.
+#[derive(Clone)]
+pub struct ProgramRun {
+    run: HeadlessRun,
+    /// It prints on several channels.
+    names_channels: bool,
+}
+
+impl ProgramRun {
+    /// The program before its first statement.
+    ///
+    /// # Errors
+    /// [`RunError`]: the file is not taken, or does not compile.
+    pub fn new(request: RunRequest) -> Result<ProgramRun, RunError> {
+        let source = String::from_utf8_lossy(&request.source).into_owned();
+        Ok(ProgramRun {
+            names_channels: scol_mini::print_channels(&source).len() > 1,
+            run: HeadlessRun::new(request)?,
+        })
+    }
+
+    fn text(&self, event: &KeptEvent) -> Option<String> {
+        match event {
+            KeptEvent::Printed { channel, bytes } => {
+                let text = String::from_utf8_lossy(bytes).replace('\r', "\n");
+                Some(match self.names_channels {
+                    true => format!("{channel}: {text}"),
+                    false => text,
+                })
+            }
+            KeptEvent::Refused { reason } => Some(format!("warning: {reason}\n")),
+            KeptEvent::Statement { .. } => None,
+        }
+    }
+}
+
+impl Course for ProgramRun {
+    fn controller(&self) -> &Controller {
+        self.run.controller()
+    }
+
+    fn inspect(&mut self, inspection: Inspection) {
+        self.run.controller_mut().inspect(inspection);
+    }
+
+    fn take_inspection(&mut self) -> Option<Inspection> {
+        self.run.controller_mut().take_inspection()
+    }
+
+    fn step(&mut self) -> Option<Ending> {
+        let end = match self.run.step() {
+            Ok(end) => end?,
+            Err(error) => {
+                return Some(Ending {
+                    code: 1,
+                    words: error.to_string(),
+                    stays: false,
+                });
+            }
+        };
+        let after = self.run.passed().as_secs_f64();
+        // What it waits for can still be given to it.
+        let stays = matches!(
+            end,
+            RunEnd::Blocked { .. } | RunEnd::NoInput { .. } | RunEnd::OutOfInput { .. }
+        );
+        let remedy = match &end {
+            RunEnd::Blocked { .. } => "; change a variable, or plan an input with `at`",
+            RunEnd::NoInput { .. } | RunEnd::OutOfInput { .. } => "; give it records with `input`",
+            RunEnd::TimeUp { .. } => " after `maxTime`",
+            RunEnd::End | RunEnd::Stopped { .. } | RunEnd::PowerOff | RunEnd::Alarm { .. } => "",
+        };
+        Some(Ending {
+            code: u8::from(!matches!(end, RunEnd::End | RunEnd::Stopped { .. })),
+            words: format!("after {after:.3} s: {}{remedy}", end.sentence()),
+            stays,
+        })
+    }
+
+    fn take_said(&mut self) -> Vec<Said> {
+        let events = self.run.take_events();
+        let texts = events.iter().filter_map(|(_, event)| self.text(event));
+        texts.map(|text| Said { line: None, text }).collect()
+    }
+
+    fn may_change(&self) -> bool {
+        true
+    }
+
+    fn assign(&mut self, assignment: &Assignment) -> Result<(), Refusal> {
+        let assigned = self.run.controller_mut().assign(assignment);
+        self.run.wake();
+        assigned.map_err(Refusal::new)
+    }
+}
