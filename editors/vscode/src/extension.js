@@ -27,6 +27,7 @@ async function activate(given) {
     "ts3100.run": file => started(file, run),
     "ts3100.debug": file => started(file, debug),
     "ts3100.openPendant": () => pendant.open(),
+    "ts3100.stepMotion": stepMotion,
     "ts3100.newExample": newExample,
     "ts3100.restartServer": startServer,
   };
@@ -112,6 +113,17 @@ async function run(file) {
 function debug(file) {
   const configuration = { type: SCOL, request: "launch", name: "Run this file", program: file.fsPath };
   return vscode.debug.startDebugging(vscode.workspace.getWorkspaceFolder(file), configuration);
+}
+
+/** Continues to the statement after the next motion: a request of this debugger, for which the editor has no button. */
+async function stepMotion() {
+  const stopped = vscode.debug.activeStackItem;
+  if (!stopped) return;
+  try {
+    await stopped.session.customRequest("stepMotion", { threadId: stopped.threadId });
+  } catch (error) {
+    vscode.window.showErrorMessage(error instanceof Error ? error.message : String(error));
+  }
 }
 
 async function newExample() {
