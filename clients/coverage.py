@@ -18,9 +18,11 @@ ROOT = os.path.dirname(HERE)
 PAGE = os.path.join(ROOT, "docs", "reference", "clients.md")
 # Operations that `call` is enough for.
 DATA = "data of a page of the browser"
+DEBUGGER = "for `ts3100 dap`"
 GENERIC = {
     "get_alarm_table": "a table of the documentation", "get_alarm_row": "a table of the documentation",
-    "get_fault_kinds": "a table of the documentation", "get_arm": DATA, "get_channels": "part of `state`", "check_program": DATA,
+    "get_fault_kinds": "a table of the documentation", "get_arm": DATA, "get_program_stack": DEBUGGER, "evaluate_expression": DEBUGGER,
+    "assign_variable": DEBUGGER, "step_task": DEBUGGER, "get_channels": "part of `state`", "check_program": DATA,
     "get_coverage": DATA, "decode_text": DATA, "get_events": "a stream; with `count` it ends", "get_fault": "`faults` has it",
     "get_health": "for monitoring", "get_metrics": "for monitoring", "get_lines": DATA, "get_parameters": DATA, "get_power": "`state` has it",
     "get_robot": "`address` has its ports", "get_scenario": DATA, "get_snapshot": "a file", "load_snapshot": "a file; JavaScript rounds its seeds",

@@ -148,6 +148,11 @@ fn states() -> Vec<Event> {
             seen: None,
             detail: None,
         },
+        Event::Breakpoint {
+            line: 7,
+            task: 1,
+            text: "part 3".to_owned(),
+        },
         Event::Servo(true),
         Event::Servo(false),
         Event::ServoDelayed(Time::from_micros(2_500_000)),

@@ -2,6 +2,7 @@
 
 mod book;
 mod clock;
+mod debugging;
 mod document;
 #[cfg(unix)]
 mod drive;

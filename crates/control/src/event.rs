@@ -152,7 +152,7 @@ pub struct ApiEvent {
     pub t: f64,
     /// Type of the event: `connected`, `disconnected`, `received`, `sent`, `text-in`, `text-out`, `dropped`,
     /// `answered`, `refused`, `finding`, `fault-armed`, `fault`, `closed`, `stalled`, `alarm`, `alarms-reset`,
-    /// `status`, `statement`, `servo`, `servo-delayed`, `selected`, `stored`, `erased`, `pendant`, `power-off`,
+    /// `status`, `statement`, `breakpoint`, `servo`, `servo-delayed`, `selected`, `stored`, `erased`, `pendant`, `power-off`,
     /// `power-on`, `action-refused`, `reset`.
     pub event: &'static str,
     /// Port of the event.

@@ -52,6 +52,7 @@ mod scenario;
 mod service;
 mod settings;
 mod snapshots;
+mod stack;
 mod state;
 mod status_frame;
 #[cfg(test)]
@@ -119,6 +120,7 @@ fn calls() -> Vec<Call> {
         wires: get_wires put_outside;
         state: get_state;
         breakpoints: put_breakpoints run_to;
+        stack: get_program_stack evaluate assign step_task;
         pendant: press_keys;
         jog: jog;
         alarms: raise_alarm get_alarm_table get_alarm_row;

@@ -239,6 +239,7 @@ impl Metrics {
             | Event::Fault { fired: false, .. }
             | Event::Status { .. }
             | Event::Statement { .. }
+            | Event::Breakpoint { .. }
             | Event::Servo(_)
             | Event::ServoDelayed(_)
             | Event::Selected(_) => {}

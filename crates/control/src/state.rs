@@ -252,7 +252,7 @@ impl ControllerState {
             line: controller.line(),
             executed_line,
             analysed_line,
-            breakpoints: controller.breakpoints().collect(),
+            breakpoints: controller.breakpoint_lines().collect(),
             tasks: task_statuses(view),
             arm: arm_pose(view),
             hands: controller.hands().map(hand),

@@ -113,7 +113,7 @@ impl VariableInfo {
         variables.map(VariableInfo::new).collect()
     }
 
-    fn new(variable: VariableView) -> VariableInfo {
+    pub(super) fn new(variable: VariableView) -> VariableInfo {
         VariableInfo {
             name: variable.name,
             kind: variable.kind.map(Kind),

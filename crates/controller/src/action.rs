@@ -6,6 +6,7 @@
 pub use crate::action_error::{ActionError, ActionErrorKind};
 use crate::controls::PanelAction;
 use crate::faults::FaultAction;
+use crate::inspection::{Assignment, Breakpoint, StepKind};
 pub use crate::io::signals::IoKind;
 use crate::prelude::*;
 use core::time::Duration;
@@ -87,10 +88,14 @@ pub enum Action {
     EraseFile { name: String },
     /// A file is selected, as SL does.
     Select { name: String },
-    /// The program stops before these lines of the selected file, and before no others.
-    Breakpoints(Vec<u32>),
+    /// The program stops at these breakpoints of the selected file, and at no others.
+    Breakpoints(Vec<Breakpoint>),
     /// The program runs until it comes to this line, from 1.
     RunTo(u32),
+    /// The program runs until a step of this task ends.
+    StepTask { kind: StepKind, task: u16 },
+    /// A variable that a call of the stopped program sees is given a value.
+    Assign(Assignment),
     /// Faults are armed and disarmed.
     Fault(FaultAction),
 }
@@ -123,6 +128,8 @@ impl Action {
             Action::Select { name } => format!("select {name}"),
             Action::Breakpoints(_) => "set the breakpoints".to_string(),
             Action::RunTo(line) => format!("run to line {line}"),
+            Action::StepTask { task, .. } => format!("step task {task}"),
+            Action::Assign(assignment) => format!("set {}", assignment.target()),
             Action::Fault(_) => "change the faults".to_string(),
         }
     }

@@ -7,6 +7,7 @@
 use crate::action::{Action, IoKind};
 use crate::controls::{BUTTONS, PanelAction, SWITCHES};
 use crate::faults::{Fault, FaultAction, FaultError};
+use crate::inspection::{Assignment, Breakpoint, StepKind};
 use crate::panel::JogMode;
 use crate::prelude::*;
 use crate::text_form::{single_word, split};
@@ -20,10 +21,12 @@ use ts3100_proto::escape::{self, EscapeError, Escaped};
 use ts3100_proto::words::{UnexpectedWord, Word};
 
 /// The forms of the actions without a row in the table of controls.
-const OTHER_FORMS: [&str; 24] = [
+const OTHER_FORMS: [&str; 26] = [
     "jog AXIS plus|minus joint|tool|work|world slow|mid|fast [inching]",
     "program run-to LINE",
-    "breakpoints none|LINE [LINE ...]",
+    "program step-task into|over|out|motion TASK",
+    "program assign TASK CALL NAME = VALUE",
+    "breakpoints none|LINE [if CONDITION] [hits RULE] [say TEXT] [LINE ...]",
     "alarms raise NUMBER [TEXT]",
     "power on|off|cycle",
     "pendant keys TEXT",
@@ -46,6 +49,9 @@ const OTHER_FORMS: [&str; 24] = [
     "faults disarm NUMBER",
     "faults clear",
 ];
+
+/// The rule for hits of a breakpoint.
+const HITS: &str = "a number of hits such as 3, >=3 or %3";
 
 /// Every form of an action, as the page of scenarios lists it.
 pub fn action_forms() -> impl Iterator<Item = &'static str> + Clone {
@@ -137,12 +143,20 @@ impl fmt::Display for Action {
             }
             Action::EraseFile { name } => write!(f, "file erase {}", as_word(name)),
             Action::Select { name } => write!(f, "file select {}", as_word(name)),
-            Action::Breakpoints(lines) if lines.is_empty() => f.write_str("breakpoints none"),
-            Action::Breakpoints(lines) => {
+            Action::Breakpoints(set) if set.is_empty() => f.write_str("breakpoints none"),
+            Action::Breakpoints(set) => {
                 f.write_str("breakpoints")?;
-                lines.iter().try_for_each(|line| write!(f, " {line}"))
+                set.iter().try_for_each(|set| write_breakpoint(set, f))
             }
             Action::RunTo(line) => write!(f, "program run-to {line}"),
+            Action::StepTask { kind, task } => write!(f, "program step-task {} {task}", kind.as_str()),
+            Action::Assign(Assignment { task, call, text }) => {
+                write!(
+                    f,
+                    "program assign {task} {call} {}",
+                    Escaped::new(text.as_bytes())
+                )
+            }
             Action::Fault(FaultAction::Arm(fault)) if fault.id == 0 => write!(f, "faults arm {fault}"),
             Action::Fault(FaultAction::Arm(fault)) => write!(f, "faults arm {} {fault}", fault.id),
             Action::Fault(FaultAction::Disarm(id)) => write!(f, "faults disarm {id}"),
@@ -163,7 +177,7 @@ impl FromStr for Action {
             "jog" => Action::Panel(jog(rest)?),
             "program" => program(rest)?,
             "breakpoints" if rest == "none" => Action::Breakpoints(Vec::new()),
-            "breakpoints" => Action::Breakpoints(rest.split(' ').map(file_line).collect::<ParseResult<_>>()?),
+            "breakpoints" => Action::Breakpoints(breakpoints(rest)?),
             "alarms" => alarms_action(rest)?,
             "power" => match rest {
                 "on" => Action::PowerOn,
@@ -187,8 +201,69 @@ fn program(rest: &str) -> ParseResult<Action> {
     let (verb, line) = split(rest);
     Ok(match (verb, line) {
         ("run-to", line) => Action::RunTo(file_line(line)?),
-        _ => return Err(expected("start, stop, step or run-to LINE", rest)),
+        ("step-task", rest) => {
+            let (kind, task) = split(rest);
+            Action::StepTask {
+                kind: StepKind::read(kind)?,
+                task: number(task, "the number of a task")?,
+            }
+        }
+        ("assign", rest) => {
+            let (task, rest) = split(rest);
+            let (call, text) = split(rest);
+            Action::Assign(Assignment {
+                task: number(task, "the number of a task")?,
+                call: number(call, "the number of a call, 0 the outermost")?,
+                text: unescaped(text)?,
+            })
+        }
+        _ => {
+            let form = "start, stop, step, run-to LINE, step-task KIND TASK or assign TASK CALL NAME = VALUE";
+            return Err(expected(form, rest));
+        }
     })
+}
+
+fn number<T: FromStr>(word: &str, form: &'static str) -> ParseResult<T> {
+    word.parse().map_err(|_| expected(form, word))
+}
+
+/// The line, and the rules that it has.
+fn write_breakpoint(set: &Breakpoint, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+    write!(f, " {}", set.line)?;
+    if let Some(condition) = &set.condition {
+        write!(f, " if {}", as_word(condition))?;
+    }
+    if let Some(hits) = &set.hits {
+        write!(f, " hits {hits}")?;
+    }
+    match &set.message {
+        Some(message) => write!(f, " say {}", as_word(message)),
+        None => Ok(()),
+    }
+}
+
+/// Lines, each with the rules after it.
+fn breakpoints(rest: &str) -> ParseResult<Vec<Breakpoint>> {
+    let mut words = rest.split(' ').peekable();
+    let mut set: Vec<Breakpoint> = Vec::new();
+    while let Some(word) = words.next() {
+        let mut breakpoint = Breakpoint::at(file_line(word)?);
+        loop {
+            let rule = words.next_if(|word| ["if", "hits", "say"].contains(word));
+            let Some(rule) = rule else { break };
+            let form = "a condition, a rule for hits or a message, without blanks";
+            let value = words.next().filter(|value| !value.is_empty());
+            let value = value.ok_or_else(|| expected(form, ""))?;
+            match rule {
+                "if" => breakpoint.condition = Some(unescaped(value)?),
+                "say" => breakpoint.message = Some(unescaped(value)?),
+                _ => breakpoint.hits = Some(value.parse().map_err(|_| expected(HITS, value))?),
+            }
+        }
+        set.push(breakpoint);
+    }
+    Ok(set)
 }
 
 fn file_line(word: &str) -> ParseResult<u32> {
@@ -448,6 +523,9 @@ mod tests {
             "program run-to 12",
             "breakpoints none",
             "breakpoints 3 17",
+            "breakpoints 3 17 if N<20>><20>2 hits >=4 say part<20>{N} 20 hits %2",
+            "program step-task over 2",
+            "program assign 1 0 N = 5",
             "program start",
             "program stop",
             "alarms raise 2-046",
@@ -533,6 +611,12 @@ mod tests {
             "program run-to 0",
             "breakpoints",
             "breakpoints 3 x",
+            "breakpoints 3 if",
+            "breakpoints if A",
+            "breakpoints 3 hits x",
+            "program step-task up 1",
+            "program step-task over",
+            "program assign 1 x N = 5",
             "alarms reset now",
             "pendant 5",
             "pendant keys <FF>",

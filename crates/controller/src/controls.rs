@@ -163,7 +163,7 @@ macro_rules! controls {
                     form: "program start",
                     group: panel,
                     answer: (ProgramStatus, ProgramStatus::new),
-                    act: start,
+                    act: start_by_hand,
                     needs_power: true,
                     cannot: ("start", "start the program"),
                 }

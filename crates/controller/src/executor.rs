@@ -21,7 +21,7 @@ use selection::Selected;
 pub use task::{Task, TaskState, TaskView};
 
 use crate::arm::Arm;
-use crate::inspection::Inspection;
+use crate::inspection::{Inspection, StopReason};
 use crate::port::Port;
 use crate::prelude::*;
 use crate::time::Time;
@@ -140,6 +140,7 @@ impl Executor {
     /// Starts or continues automatic operation, from the current lines of the tasks.
     pub(crate) fn start(&mut self) {
         self.leave_breakpoints();
+        self.forget_stop();
         self.operation.start();
         self.run_shown_until = None;
     }
@@ -151,6 +152,10 @@ impl Executor {
 
     /// Automatic operation has stopped; a motion that is not kept for retry has ended for its statement.
     pub(crate) fn stop(&mut self, place: Standstill, keeps_motion: bool) {
+        self.breakpoints.note_stop_of_program(match place {
+            Standstill::FirstStep => StopReason::End,
+            Standstill::InsideStep | Standstill::BetweenSteps => StopReason::Stop,
+        });
         self.stand(place);
         self.drop_target();
         // PAUSE ends with the run: its RESUME is a statement that does not come.
@@ -309,6 +314,11 @@ impl Executor {
     /// Where the program stops besides its end.
     pub(crate) fn breakpoints(&self) -> &Breakpoints {
         &self.breakpoints
+    }
+
+    /// As [`Executor::breakpoints`], to count their hits.
+    pub(crate) fn breakpoints_mut(&mut self) -> &mut Breakpoints {
+        &mut self.breakpoints
     }
 
     /// What looks at each statement.
@@ -505,6 +515,7 @@ impl Executor {
     /// Step 1, data kept (RS,STP, end of a cycle).
     pub(crate) fn rewind(&mut self, now: Time) {
         self.stand(Standstill::FirstStep);
+        self.forget_stop();
         self.drop_tasks();
         let machine = |selected: &Selected| Machine::main(Arc::clone(&selected.program));
         let main = self.selected.as_ref().map(machine);

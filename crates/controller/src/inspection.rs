@@ -5,8 +5,10 @@
 //! run continues in a copy from before, with an inspection for a later place. So a run that was inspected is byte for byte the
 //! run that was not.
 //!
-//! Stops of the robot at a line are in `executor::breakpoints`; both ask [`Breakpoint`] whether it counts.
+//! Stops of the robot at a line are in `executor::breakpoints`; both ask [`Breakpoint`] whether it counts, and [`Target`] whether a
+//! step is over.
 
+use crate::limits::MAX_BREAKPOINT_TEXT;
 use crate::listed::listed;
 use crate::prelude::*;
 use core::fmt;
@@ -16,8 +18,9 @@ use scol_mini::{Arm, Inputs, Machine, Memory, ProbeError, Value};
 /// Most statements that one inspection lists.
 pub const MAX_LISTED: usize = 1_000_000;
 
-/// Which of its hits a breakpoint stops at.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+/// Which of its hits a breakpoint stops at. Serialized as its text.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(try_from = "String", into = "String")]
 pub enum HitRule {
     /// This hit alone, from 1.
     Exactly(u32),
@@ -54,6 +57,20 @@ impl FromStr for HitRule {
     }
 }
 
+impl TryFrom<String> for HitRule {
+    type Error = HitRuleError;
+
+    fn try_from(text: String) -> Result<HitRule, HitRuleError> {
+        text.parse()
+    }
+}
+
+impl From<HitRule> for String {
+    fn from(rule: HitRule) -> String {
+        rule.to_string()
+    }
+}
+
 impl fmt::Display for HitRule {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
@@ -74,8 +91,9 @@ impl HitRule {
     }
 }
 
-/// A line before which a program stops, or says something.
-#[derive(Debug, Clone, PartialEq, Eq)]
+/// A line before which a program stops, or says something. Serialized as its line alone where that is all.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(from = "BreakpointForm", into = "BreakpointForm")]
 pub struct Breakpoint {
     /// Line of the selected file, from 1, with a statement.
     pub line: u32,
@@ -87,6 +105,63 @@ pub struct Breakpoint {
     pub message: Option<String>,
     /// Hits so far.
     pub hit: u32,
+}
+
+/// A breakpoint in a snapshot.
+#[derive(Serialize, Deserialize)]
+#[serde(untagged)]
+enum BreakpointForm {
+    Line(u32),
+    Rules {
+        line: u32,
+        condition: Option<String>,
+        hits: Option<HitRule>,
+        message: Option<String>,
+        hit: u32,
+    },
+}
+
+impl From<Breakpoint> for BreakpointForm {
+    fn from(breakpoint: Breakpoint) -> BreakpointForm {
+        if breakpoint.is_plain() {
+            return BreakpointForm::Line(breakpoint.line);
+        }
+        let Breakpoint {
+            line,
+            condition,
+            hits,
+            message,
+            hit,
+        } = breakpoint;
+        BreakpointForm::Rules {
+            line,
+            condition,
+            hits,
+            message,
+            hit,
+        }
+    }
+}
+
+impl From<BreakpointForm> for Breakpoint {
+    fn from(form: BreakpointForm) -> Breakpoint {
+        match form {
+            BreakpointForm::Line(line) => Breakpoint::at(line),
+            BreakpointForm::Rules {
+                line,
+                condition,
+                hits,
+                message,
+                hit,
+            } => Breakpoint {
+                line,
+                condition,
+                hits,
+                message,
+                hit,
+            },
+        }
+    }
 }
 
 /// Result of a breakpoint whose line begins.
@@ -111,6 +186,29 @@ impl Breakpoint {
             message: None,
             hit: 0,
         }
+    }
+
+    /// Whether it stops at every hit.
+    pub fn is_plain(&self) -> bool {
+        self.condition.is_none() && self.hits.is_none() && self.message.is_none()
+    }
+
+    /// Whether its texts are short enough.
+    pub(crate) fn fits(&self) -> bool {
+        let mut texts = self.condition.iter().chain(&self.message);
+        texts.all(|text| text.len() <= MAX_BREAKPOINT_TEXT)
+    }
+
+    /// Takes the hits of the same breakpoint among those that were set before: setting all of them again restarts no count.
+    pub fn resume(&mut self, before: &[Breakpoint]) {
+        let same = |old: &&Breakpoint| {
+            let hit = self.hit;
+            Breakpoint {
+                hit,
+                ..(*old).clone()
+            } == *self
+        };
+        self.hit = before.iter().find(same).map_or(0, |old| old.hit);
     }
 
     /// Counts a hit of a statement that is about to begin, if the condition is true.
@@ -180,8 +278,41 @@ fn filled(text: &str, mut value: impl FnMut(&str) -> String) -> String {
     out
 }
 
+ts3100_proto::codes! {
+    /// How far one step of a task goes.
+    #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+    pub enum StepKind {
+        /// To its next statement.
+        Into = "into",
+        /// To its next statement that is not in a program called from here.
+        Over = "over",
+        /// To its next statement after the program it is in has returned.
+        Out = "out",
+        /// To its next statement after a motion.
+        Motion = "motion",
+    }
+    /// Its word in actions and in the control interface.
+    fn as_str -> &'static str;
+    impl Word;
+}
+
+impl StepKind {
+    /// The target of such a step of a task with this number of open calls.
+    pub fn target(self, task: u16, depth: usize) -> Target {
+        match self {
+            StepKind::Into => Target::Into { task },
+            StepKind::Over => Target::Over { task, depth },
+            StepKind::Out => Target::Over {
+                task,
+                depth: depth.saturating_sub(1),
+            },
+            StepKind::Motion => Target::Motion { task },
+        }
+    }
+}
+
 /// The statement of a task at which a step ends. Calls are counted outermost first, the program of the task is 1.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Target {
     /// The next one of the task.
     Into { task: u16 },
@@ -191,6 +322,58 @@ pub enum Target {
     Motion { task: u16 },
     /// The one with this number.
     Statement(u64),
+}
+
+impl Target {
+    /// Whether the step ends before a statement; `has_moved`: its task has begun a motion since the step began.
+    pub(crate) fn is_reached(self, statement: &Begun, has_moved: bool) -> bool {
+        match self {
+            Target::Into { task } => statement.task == task,
+            Target::Over { task, depth } => statement.task == task && statement.depth <= depth,
+            Target::Motion { task } => statement.task == task && has_moved,
+            Target::Statement(number) => statement.number >= number,
+        }
+    }
+
+    /// The task that steps, if one does.
+    pub(crate) fn task(self) -> Option<u16> {
+        match self {
+            Target::Into { task } | Target::Over { task, .. } | Target::Motion { task } => Some(task),
+            Target::Statement(_) => None,
+        }
+    }
+}
+
+ts3100_proto::codes! {
+    /// Why the program of a controller stopped last.
+    #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+    pub enum StopReason {
+        /// A breakpoint.
+        Breakpoint = "breakpoint",
+        /// The end of a step, or the line to which it ran.
+        Step = "step",
+        /// An alarm.
+        Alarm = "alarm",
+        /// STOP, BREAK, or something else that stops a program.
+        Stop = "stop",
+        /// The end of the program.
+        End = "end",
+    }
+    /// Its word in the control interface.
+    fn as_str -> &'static str;
+    impl Word;
+}
+
+/// The last stop of the program of a controller.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Stopped {
+    pub reason: StopReason,
+    /// The task it concerns, 1 the main program.
+    pub task: u16,
+    /// Why the condition of its breakpoint has no value.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub fault: Option<String>,
 }
 
 /// A statement that begins.
@@ -337,13 +520,10 @@ impl Inspection {
             // A list is of a run that goes on to its target.
             return (self.target == Some(Target::Statement(statement.number))).then_some(HaltReason::Target);
         }
-        let reached = match self.target {
-            None => false,
-            Some(Target::Into { task }) => statement.task == task,
-            Some(Target::Over { task, depth }) => statement.task == task && statement.depth <= depth,
-            Some(Target::Motion { task }) => statement.task == task && self.moved.contains(&task),
-            Some(Target::Statement(number)) => statement.number >= number,
-        };
+        let has_moved = self.moved.contains(&statement.task);
+        let reached = self
+            .target
+            .is_some_and(|target| target.is_reached(&statement, has_moved));
         if !stops.is_empty() {
             return Some(HaltReason::Breakpoints(stops));
         }

@@ -68,6 +68,8 @@ pub const MAX_JOG_ANGLE: f64 = 170.0;
 pub const TAUGHT_STEPS: f64 = 1_000.0;
 /// Breakpoints of a file.
 pub const MAX_BREAKPOINTS: usize = 1_000;
+/// Bytes of the condition of a breakpoint, or of its message.
+pub const MAX_BREAKPOINT_TEXT: usize = 1_000;
 /// Bisection steps in the search for the limit of the reach when jogging.
 pub const JOG_BISECTIONS: u32 = 16;
 /// Faults that can be armed, those that have fired included.

@@ -177,6 +177,15 @@ pub enum Event {
         #[serde(skip)]
         detail: Option<Box<StatementDetail>>,
     },
+    /// A breakpoint with a message was reached; the program continues.
+    Breakpoint {
+        /// Its line of the selected file.
+        line: u32,
+        /// ID of the task that came to it.
+        task: u16,
+        /// The message, with the values of its expressions.
+        text: String,
+    },
     /// Servo power.
     Servo(#[serde(serialize_with = "event_form::servo")] bool),
     /// Servo power was turned on and comes only at this time (option `servo.interval`).

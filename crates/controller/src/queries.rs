@@ -11,7 +11,7 @@ use crate::executor::Task;
 pub use crate::executor::TaskView;
 use crate::faults::Faults;
 use crate::faults::effects::FaultEffects;
-use crate::inspection::{Assignment, InspectError, Inspection};
+use crate::inspection::{Assignment, Breakpoint, InspectError, Inspection, Stopped};
 use crate::io::line_names::HANDS;
 use crate::io::signals::Signals;
 use crate::listed::listed;
@@ -22,6 +22,7 @@ use crate::port::Port;
 use crate::prelude::*;
 use crate::time::Time;
 use crate::watched::Watched;
+use alloc::collections::BTreeSet;
 use scol_mini::{Channel, Local, Memory, Value, ValueKind};
 use ts3100_proto::calendar::CalendarTime;
 use ts3100_proto::command::Number;
@@ -127,9 +128,20 @@ impl Controller {
         self.robot.executor.file()
     }
 
-    /// Lines of the selected file before which the program stops, from 1, in ascending order.
-    pub fn breakpoints(&self) -> impl Iterator<Item = u32> {
-        self.robot.executor.breakpoints().lines()
+    /// Where the program stops, in ascending order of the lines of the selected file.
+    pub fn breakpoints(&self) -> &[Breakpoint] {
+        self.robot.executor.breakpoints().set()
+    }
+
+    /// Lines of the selected file with a breakpoint, from 1, in ascending order.
+    pub fn breakpoint_lines(&self) -> impl Iterator<Item = u32> {
+        let lines: BTreeSet<u32> = self.breakpoints().iter().map(|set| set.line).collect();
+        lines.into_iter()
+    }
+
+    /// Why the program stopped last; none while it runs, and after a reset.
+    pub fn stopped(&self) -> Option<&Stopped> {
+        self.robot.executor.stopped()
     }
 
     /// Execution status, as SU and SF show it.

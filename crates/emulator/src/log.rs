@@ -356,6 +356,9 @@ fn log_event(t: Time, event: &Event) {
         Event::Statement { line, task, .. } => {
             debug!(event = "statement", %t, line, task, "task {task}: line {line}");
         }
+        Event::Breakpoint { line, task, text } => {
+            info!(event = "breakpoint", %t, line, task, "breakpoint, line {line}: {text}");
+        }
         Event::Servo(on) => {
             let word = if *on { "on" } else { "off" };
             info!(event = "servo", %t, on, "servo {word}");

@@ -24,6 +24,14 @@ pub enum ProbeError {
     Fault(Fault),
 }
 
+/// Whether a text gives something a value; `==`, `<=` and the like compare.
+pub fn is_assignment(text: &str) -> bool {
+    let Some((target, value)) = text.split_once('=') else {
+        return false;
+    };
+    !value.starts_with('=') && !target.ends_with(['<', '>', '!'])
+}
+
 impl Machine {
     /// The value of an expression as the program of an open call reads it.
     ///

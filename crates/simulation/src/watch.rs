@@ -487,6 +487,7 @@ impl Watch {
             | Event::Finding(_)
             | Event::ActionRefused(_)
             | Event::Status { .. }
+            | Event::Breakpoint { .. }
             | Event::Servo(_)
             | Event::ServoDelayed(_)
             | Event::Selected(_)

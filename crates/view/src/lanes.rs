@@ -349,6 +349,7 @@ impl Lanes {
             | Event::AlarmsReset
             | Event::Status { .. }
             | Event::Statement { .. }
+            | Event::Breakpoint { .. }
             | Event::Servo(_)
             | Event::ServoDelayed(_)
             | Event::Selected(_) => {}

@@ -127,6 +127,7 @@ fn of_controller(event: &Event) -> Option<Parts> {
         Event::AlarmsReset => (None, "alarm", None, "reset".to_owned()),
         Event::ActionRefused(reason) => (None, "panel", Some("warning"), reason.to_string()),
         Event::Status { status, line } => (None, "status", None, format!("{}, line {line}", status.as_str())),
+        Event::Breakpoint { line, text, .. } => (None, "breakpoint", None, format!("line {line}: {text}")),
         Event::Servo(on) => (
             None,
             "status",

@@ -81,10 +81,14 @@ OPERATIONS = {
     "power_off": "POST /power/off",
     "power_on": "POST /power/on",
     "get_program": "GET /program",
+    "assign_variable": "POST /program/assign",
+    "evaluate_expression": "POST /program/evaluate",
     "reset_program": "POST /program/reset",
     "run_program_to": "POST /program/run-to",
+    "get_program_stack": "GET /program/stack",
     "start_program": "POST /program/start",
     "step_program": "POST /program/step",
+    "step_task": "POST /program/step-task",
     "stop_program": "POST /program/stop",
     "reset_emulator": "POST /reset",
     "get_robots": "GET /robots",
@@ -239,7 +243,9 @@ ArmPicture = TypedDict("ArmPicture", {"analysed_line": int, "executed_line": int
     "percent": float, "t": float, "work": List[float], "world": List[float], "base": List[float], "model": "ArmModel",
     "path": List[List[float]], "tool": List[float], "tool_point": List[float], "work_frame": List[float]})
 Battery = TypedDict("Battery", {"low": bool})
-Breakpoints = TypedDict("Breakpoints", {"lines": List[int]})
+BreakpointRule = TypedDict("BreakpointRule", {"condition": Optional[str], "hits": Optional[str], "line": int,
+    "message": Optional[str]}, total=False)
+Breakpoints = TypedDict("Breakpoints", {"lines": List[int], "rules": List["BreakpointRule"]}, total=False)
 PortName = Literal["HOST", "COM1", "IP0", "IP1", "IP2", "IP3"]
 Channel = TypedDict("Channel", {"accepts": Optional[int], "buffer": str, "buffer_hex": str, "exchange": Optional[str],
     "partial": bool, "peer": Optional[str], "port": "PortName", "serial": Optional[str]}, total=False)
@@ -300,6 +306,12 @@ Variable = TypedDict("Variable", {"bounds": List[int], "elements": Optional[List
     "kind": Optional["VariableKind"], "name": str, "value": Optional[List[float]]}, total=False)
 OpenPort = TypedDict("OpenPort", {"accepts": int, "port": str})
 Power = TypedDict("Power", {"on": bool, "ports": List["OpenPort"]})
+ProgramStop = TypedDict("ProgramStop", {"fault": Optional[str], "line": int, "reason": str, "task": int}, total=False)
+StackCall = TypedDict("StackCall", {"line": int, "locals": List["Variable"], "program": str})
+StackTask = TypedDict("StackTask", {"calls": List["StackCall"], "doing": str, "id": int, "interrupted": Optional[int]},
+    total=False)
+ProgramStack = TypedDict("ProgramStack", {"file": str, "statement_lines": List[int], "status": "Status",
+    "stopped": Optional["ProgramStop"], "tasks": List["StackTask"]}, total=False)
 Robot = TypedDict("Robot", {"name": str, "ports": Dict[str, Any], "serial": Dict[str, Any], "started": bool}, total=False)
 Robots = TypedDict("Robots", {"robots": List["Robot"]})
 RunMode = Literal["continuous", "cycle", "step", "segment"]

@@ -76,8 +76,10 @@ impl Controller {
             Action::PutFile { name, content } => robot.put_file(&name, &content),
             Action::EraseFile { name } => robot.erase_file(&name),
             Action::Select { name } => at_once(robot.select_by_name(&name)),
-            Action::Breakpoints(lines) => at_once(robot.set_breakpoints(&lines)),
+            Action::Breakpoints(lines) => at_once(robot.set_breakpoints(lines)),
             Action::RunTo(line) => at_once(robot.run_to(line)),
+            Action::StepTask { kind, task } => at_once(robot.step_task(kind, task)),
+            Action::Assign(assignment) => at_once(robot.assign_while_stopped(&assignment)),
             Action::Fault(order) => at_once(self.endpoints.fault_order(&mut robot.context, order)),
         };
         match done {

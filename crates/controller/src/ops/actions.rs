@@ -6,11 +6,12 @@ use crate::action::ActionError;
 use crate::action_error::ActionResult;
 use crate::alarm::AlarmCode;
 use crate::arm::Frames;
+use crate::inspection::{Assignment, Breakpoint, InspectError, StepKind};
 use crate::io::signals::{IoKind, LINE_NUMBERS, Signals};
-use crate::limits::{MAX_BREAKPOINTS, TAUGHT_STEPS};
+use crate::limits::{MAX_BREAKPOINT_TEXT, MAX_BREAKPOINTS, TAUGHT_STEPS};
 use crate::persistence::Change;
 use crate::prelude::*;
-use crate::refusal::SelectError;
+use crate::refusal::{OperateError, SelectError};
 use crate::robot::Robot;
 use bytes::Bytes;
 use core::fmt::Display;
@@ -33,23 +34,30 @@ impl Robot {
     }
 
     /// Sets the breakpoints of the selected file.
-    pub(crate) fn set_breakpoints(&mut self, lines: &[u32]) -> ActionResult {
+    pub(crate) fn set_breakpoints(&mut self, breakpoints: Vec<Breakpoint>) -> ActionResult {
         let refused =
             |reason: &dyn Display| ActionError::cannot("breakpoints", "set the breakpoints", reason);
         let mut statements = Vec::new();
-        if !lines.is_empty() {
+        if !breakpoints.is_empty() {
             self.executor
                 .selected()
                 .ok_or_else(|| refused(&"no file is selected"))?;
             let program = self.next_program().map_err(|reason| refused(&reason))?;
             statements = program.statement_lines();
         }
-        let count = lines.len();
+        let count = breakpoints.len();
         if count > MAX_BREAKPOINTS {
             let reason = format!("there can be {MAX_BREAKPOINTS}, and these are {count}");
             return Err(refused(&reason));
         }
-        let set = self.executor.set_breakpoints(lines, &statements);
+        if let Some(long) = breakpoints.iter().find(|set| !set.fits()) {
+            let reason = format!(
+                "line {}: a condition and a message have at most {MAX_BREAKPOINT_TEXT} bytes",
+                long.line
+            );
+            return Err(refused(&reason));
+        }
+        let set = self.executor.set_breakpoints(breakpoints, &statements);
         set.map_err(|line| refused(&no_statement(line)))
     }
 
@@ -71,6 +79,37 @@ impl Robot {
             return Err(refused(&reason));
         }
         Ok(())
+    }
+
+    /// Runs the stopped program until a step of this task ends.
+    pub(crate) fn step_task(&mut self, kind: StepKind, task: u16) -> ActionResult {
+        let verb = format!("step task {task}");
+        let refused = |reason: &dyn Display| ActionError::cannot("step-task", &verb, reason);
+        if self.executor.program_runs() {
+            return Err(refused(&OperateError::ProgramRuns));
+        }
+        self.renew_stale().map_err(|reason| refused(&reason))?;
+        let found = self.executor.program_tasks().find(|found| found.id() == task);
+        let depth = found.map(|found| found.parts().map(|part| part.machine().depth()).sum());
+        let depth = depth.ok_or_else(|| refused(&InspectError::NoTask(task)))?;
+        self.start().map_err(|reason| refused(&reason))?;
+        self.executor.stop_after_step_of_task(kind.target(task, depth));
+        Ok(())
+    }
+
+    /// Carries out an assignment in a call of the stopped program.
+    pub(crate) fn assign_while_stopped(&mut self, assignment: &Assignment) -> ActionResult {
+        let target = assignment.target();
+        let refused = |reason: &dyn Display| ActionError::cannot(&target, format!("set {target}"), reason);
+        if self.executor.program_runs() {
+            return Err(refused(&"the program is running; stop it first"));
+        }
+        let text = &assignment.text;
+        if !scol_mini::is_assignment(text) {
+            return Err(refused(&format!("expected NAME = VALUE, found `{text}`")));
+        }
+        let done = self.assign(assignment);
+        done.map(drop).map_err(|reason| refused(&reason))
     }
 
     /// Sets a user output as IW does.

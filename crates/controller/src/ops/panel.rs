@@ -133,6 +133,14 @@ impl Robot {
         Ok(())
     }
 
+    /// START of the panel: a step under way becomes a run.
+    pub(crate) fn start_by_hand(&mut self) -> Result<(), OperateError> {
+        if self.executor.program_runs() {
+            self.executor.drop_target();
+        }
+        self.start()
+    }
+
     /// Runs one step of the program, whatever the operation mode.
     pub(crate) fn step(&mut self) -> Result<(), OperateError> {
         if self.executor.program_runs() {

@@ -5,6 +5,7 @@
 
 use crate::alarm::{Alarm, AlarmCode};
 use crate::executor::{Standstill, StopCause};
+use crate::inspection::StopReason;
 use crate::io::line_names::dout;
 use crate::output::Event;
 use crate::prelude::*;
@@ -86,6 +87,9 @@ impl Robot {
             text: alarm.message(),
         });
         self.alarms.raise(alarm);
+        if code.level != AlarmLevel::L1 {
+            self.executor.note_stop(StopReason::Alarm);
+        }
         match code.level {
             AlarmLevel::L8 => self.servo_off(StopCause::Other),
             AlarmLevel::L4 => self.interrupt(StopCause::Other),

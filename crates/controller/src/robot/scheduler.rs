@@ -6,6 +6,7 @@
 use crate::executor::scol_inputs::ScolInputs;
 use crate::executor::step::{Step, alarm_of};
 use crate::executor::{MAIN_TASK, RunState, Standstill, StopCause, Task, TaskState};
+use crate::inspection::StopReason;
 use crate::options::UnknownInput;
 use crate::output::Event;
 use crate::persistence::Change;
@@ -169,6 +170,7 @@ impl Robot {
             RunMode::Cycle | RunMode::Continuous => false,
         };
         if stops || self.executor.breakpoints().stops_after_step() {
+            self.executor.note_stop(StopReason::Step);
             self.stop_after_step(StopCause::Other);
         }
     }
@@ -296,7 +298,7 @@ impl Robot {
         if !task.has_budget(self.context.now) {
             return Step::Blocked;
         }
-        if self.executor.stops_before(task) {
+        if self.stops_before(task, outside) {
             return Step::Stopped;
         }
         if self.inspect(task, outside) {
@@ -322,6 +324,23 @@ impl Robot {
                 self.told_of_answer(task, |robot, task| robot.serve(ports, task, request))
             }
         }
+    }
+
+    /// Whether a breakpoint, or the end of a step, stops the program before the statement that a task would begin now.
+    fn stops_before(&mut self, task: &Task, outside: usize) -> bool {
+        if !self.executor.may_stop_before(task) {
+            return false;
+        }
+        let mut breakpoints = core::mem::take(self.executor.breakpoints_mut());
+        let (inputs, memory) = self.inputs_and_memory(self.context.now);
+        let mut said = Vec::new();
+        let stops = breakpoints.stops_before(task, outside, memory, &inputs, |text| said.push(text));
+        *self.executor.breakpoints_mut() = breakpoints;
+        let (line, task) = (task.line(), task.id());
+        for text in said {
+            self.context.outputs.event(Event::Breakpoint { line, task, text });
+        }
+        stops
     }
 
     /// Lets the inspection, if there is one, look at the statement that a task begins; true if the program halts before it.

@@ -12,6 +12,7 @@ use std::time::{Duration, Instant};
 use tokio::sync::oneshot;
 use ts3100_controller::faults::{Fault, FaultAction, FaultReport};
 use ts3100_controller::input::{By, JogMode};
+use ts3100_controller::inspection::{Assignment, Breakpoint, InspectError, StepKind};
 use ts3100_controller::panel::PanelState;
 use ts3100_controller::queries::VariableView;
 use ts3100_controller::signals::Signals;
@@ -47,6 +48,20 @@ impl Emulator {
         look: impl FnOnce(&View<'_>) -> T + Send + 'static,
     ) -> Result<T, Error> {
         self.request(|reply| Request::Query(Box::new(move |(), view| reply(look(view)))))
+    }
+
+    /// The value of an expression as an open call of a task reads it, 0 the outermost; 1 is the main program.
+    ///
+    /// # Errors
+    /// [`Error::Ended`]; inside, why it has no value.
+    pub fn evaluate_expression(
+        &self,
+        task: u16,
+        call: usize,
+        expression: &str,
+    ) -> Result<Result<VariableView, InspectError>, Error> {
+        let expression = expression.to_owned();
+        self.read(move |controller| controller.evaluate(task, call, &expression))
     }
 
     /// The execution status, as SU and SF show it.
@@ -282,7 +297,12 @@ actions! {
     /// Runs the program until it comes to the line, from 1.
     run_program_to(line: u32) => Action::RunTo(line);
     /// Sets the breakpoints of the selected file: lines from 1. An empty list ends them.
-    set_breakpoints(lines: &[u32]) => Action::Breakpoints(lines.to_vec());
+    set_breakpoints(lines: &[u32]) => Action::Breakpoints(lines.iter().map(|line| Breakpoint::at(*line)).collect());
+    /// Runs the stopped program until a step of a task ends; 1 is the main program.
+    step_task(kind: StepKind, task: u16) => Action::StepTask { kind, task };
+    /// Carries out an assignment in an open call of the stopped program, 0 the outermost: `N = 5`.
+    assign_variable(task: u16, call: usize, assignment: &str) =>
+        Action::Assign(Assignment { task, call, text: assignment.to_owned() });
     /// Presses a key of the teach pendant that moves the arm; in TEACHING only. Axes count from 1.
     jog(axis: u8, positive: bool, mode: JogMode) => Action::Panel(PanelAction::Jog { axis, positive, mode });
     /// Types on the teach pendant; `\r` is the Enter key.

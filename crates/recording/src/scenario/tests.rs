@@ -150,7 +150,12 @@ fn every_form_of_an_action_is_one() {
                 "AXIS plus|minus joint|tool|work|world slow|mid|fast [inching]",
                 "6 minus tool mid",
             ),
-            ("none|LINE [LINE ...]", "3 17"),
+            (
+                "none|LINE [if CONDITION] [hits RULE] [say TEXT] [LINE ...]",
+                "3 if N<20>==<20>2 hits >=4 say part 17",
+            ),
+            ("into|over|out|motion TASK", "over 1"),
+            ("TASK CALL NAME = VALUE", "1 0 N = 5"),
             ("PERCENT", "35"),
             ("continuous|cycle|step|segment", "step"),
             ("open|close", "close"),

@@ -7,7 +7,7 @@ use serde::Serialize;
 use std::fmt::Display;
 use std::time::Duration;
 use ts3100_controller::Controller;
-use ts3100_controller::inspection::Breakpoint;
+use ts3100_controller::inspection::{Breakpoint, StepKind};
 use ts3100_controller::queries::{TaskStack, VariableView};
 use ts3100_controller::signals::Signals;
 use ts3100_controller::{Port, Time};
@@ -42,6 +42,19 @@ pub enum Goal {
     Back(u16),
     /// At the last breakpoint before.
     RunBack,
+}
+
+impl Goal {
+    /// The step of a task forward, if it is one.
+    pub fn step(self) -> Option<(StepKind, u16)> {
+        match self {
+            Goal::Into(task) => Some((StepKind::Into, task)),
+            Goal::Over(task) => Some((StepKind::Over, task)),
+            Goal::Out(task) => Some((StepKind::Out, task)),
+            Goal::Motion(task) => Some((StepKind::Motion, task)),
+            Goal::Enter | Goal::Run | Goal::Back(_) | Goal::RunBack => None,
+        }
+    }
 }
 
 /// Why the program has stopped.

@@ -149,7 +149,7 @@ impl<L: Launcher> Server<L> {
         let (task, call) = self.frame(arguments)?;
         let text = |key: &str| arguments.get(key).and_then(Value::as_str).unwrap_or_default();
         let (expression, context) = (text("expression").trim().to_owned(), text("context"));
-        if context == "repl" && variables::is_assignment(&expression) {
+        if context == "repl" && scol_mini::is_assignment(&expression) {
             let assigned = self.assign(task, call, &expression)?;
             return Ok(result_of(assigned, "result"));
         }

@@ -451,14 +451,7 @@ impl<C: Course> Debuggee for Timeline<C> {
                 .copied()
                 .ok_or(Refusal::new("no statement follows in the file"))?;
             breakpoint.line = line;
-            // The hits of one that was there go on.
-            let same = |old: &&Breakpoint| {
-                Breakpoint {
-                    hit: 0,
-                    ..(*old).clone()
-                } == breakpoint
-            };
-            breakpoint.hit = self.breakpoints.iter().find(same).map_or(0, |old| old.hit);
+            breakpoint.resume(&self.breakpoints);
             set.push(breakpoint);
             Ok(line)
         });
@@ -497,19 +490,9 @@ impl<C: Course> Debuggee for Timeline<C> {
         }
         self.moved.clear();
         self.first = self.at + u64::from(self.is_halted);
-        self.target = match goal {
-            Goal::Into(task) => Some(Target::Into { task }),
-            Goal::Over(task) => Some(Target::Over {
-                task,
-                depth: self.depth(task),
-            }),
-            Goal::Out(task) => Some(Target::Over {
-                task,
-                depth: self.depth(task).saturating_sub(1),
-            }),
-            Goal::Motion(task) => Some(Target::Motion { task }),
-            Goal::Enter | Goal::Run | Goal::Back(_) | Goal::RunBack => None,
-        };
+        self.target = goal
+            .step()
+            .map(|(kind, task)| kind.target(task, self.depth(task)));
         self.going = Going::Forward;
         Ok(())
     }

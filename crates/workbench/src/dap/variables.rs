@@ -156,14 +156,6 @@ pub(super) fn assignment(target: &str, kind: Option<ValueKind>, value: &str) -> 
     }
 }
 
-/// Whether a text gives something a value; `==`, `<=` and the like compare.
-pub(super) fn is_assignment(text: &str) -> bool {
-    let Some((target, value)) = text.split_once('=') else {
-        return false;
-    };
-    !value.starts_with('=') && !target.ends_with(['<', '>', '!'])
-}
-
 impl Container {
     /// How many elements it has.
     pub fn indexed(&self) -> usize {

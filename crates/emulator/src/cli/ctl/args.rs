@@ -11,6 +11,7 @@ use clap::{ArgAction, Args, Subcommand};
 use std::path::PathBuf;
 use std::time::Duration;
 use ts3100_controller::CONDITION_FORMS;
+use ts3100_controller::inspection::StepKind;
 use ts3100_controller::model::AXES;
 use ts3100_driver::clock::TimeMode;
 use ts3100_proto::words::UnexpectedWord;
@@ -93,6 +94,15 @@ pub enum Command {
         /// Lines of the file, from 1
         #[arg(value_parser = whole(1, u32::MAX))]
         lines: Vec<u32>,
+        /// Expression that has to be true, such as 'COUNT > 3'
+        #[arg(long = "if", value_name = "CONDITION", requires = "lines")]
+        condition: Option<String>,
+        /// Hits that count: 3, '>=3' or %3
+        #[arg(long, value_name = "RULE", requires = "lines")]
+        hits: Option<String>,
+        /// Text of an event instead of a stop; {COUNT} becomes a value
+        #[arg(long, value_name = "TEXT", requires = "lines")]
+        say: Option<String>,
         /// Remove all
         #[arg(long, conflicts_with = "lines")]
         none: bool,
@@ -275,6 +285,43 @@ pub enum ProgramCommand {
         #[arg(value_parser = whole(1, u32::MAX))]
         line: u32,
     },
+    /// Show the tasks with their open calls and local variables
+    Stack,
+    /// Evaluate an expression in an open call
+    Evaluate {
+        /// As a program would write it, such as 'COUNT + 1'
+        #[arg(allow_hyphen_values = true)]
+        expression: String,
+        #[command(flatten)]
+        place: CallArgs,
+    },
+    /// Give a variable of an open call a value while the program is stopped
+    Assign {
+        /// As a program would write it: 'COUNT = 5'
+        assignment: String,
+        #[command(flatten)]
+        place: CallArgs,
+    },
+    /// Run one step of a task
+    StepTask {
+        /// How far: into, over, out or motion
+        #[arg(value_parser = word::<StepKind>())]
+        kind: StepKind,
+        /// Number of the task
+        #[arg(long, default_value_t = 1)]
+        task: u16,
+    },
+}
+
+/// An open call.
+#[derive(Debug, Args)]
+pub struct CallArgs {
+    /// Number of the task
+    #[arg(long, default_value_t = 1)]
+    pub task: u16,
+    /// Number of the call, 0 the outermost [default: the innermost]
+    #[arg(long)]
+    pub call: Option<u32>,
 }
 
 #[derive(Debug, Subcommand)]

@@ -4,9 +4,9 @@
 //! the control interface. Sending the call is in [`super`].
 
 use super::args::{
-    AlarmsCommand, ChannelCommand, ClockCommand, Command, DecodeArgs, EventsArgs, FaultsCommand, FileCommand,
-    JogCommand, LineArgs, LineCommand, METHODS, PendantCommand, ProgramCommand, SnapshotCommand, WaitArgs,
-    WaitLimits,
+    AlarmsCommand, CallArgs, ChannelCommand, ClockCommand, Command, DecodeArgs, EventsArgs, FaultsCommand,
+    FileCommand, JogCommand, LineArgs, LineCommand, METHODS, PendantCommand, ProgramCommand, SnapshotCommand,
+    WaitArgs, WaitLimits,
 };
 use crate::cli::controls::{self, ButtonCommand, QueryCommand, SwitchCommand};
 use crate::cli::input;
@@ -94,14 +94,33 @@ fn program(action: &ProgramCommand) -> Call {
     match action {
         ProgramCommand::Button(ButtonCommand(button, _)) => press(button),
         ProgramCommand::RunTo { line } => post("/program/run-to", json!({"line": line})),
+        ProgramCommand::Stack => get("/program/stack"),
+        ProgramCommand::Evaluate { expression, place } => {
+            let CallArgs { task, call } = place;
+            let body = json!({"expression": expression, "task": task, "call": call});
+            post("/program/evaluate", body)
+        }
+        ProgramCommand::Assign { assignment, place } => {
+            let CallArgs { task, call } = place;
+            let body = json!({"assignment": assignment, "task": task, "call": call});
+            post("/program/assign", body)
+        }
+        ProgramCommand::StepTask { kind, task } => {
+            let body = json!({"kind": kind.as_str(), "task": task});
+            post("/program/step-task", body)
+        }
     }
 }
 
-fn breakpoints(lines: &[u32], none: bool) -> Call {
-    if lines.is_empty() && !none {
-        return get("/breakpoints");
+/// Breakpoints in these lines, all with the same rules.
+fn breakpoints(lines: &[u32], rules: [&Option<String>; 3]) -> Call {
+    if rules.iter().all(|rule| rule.is_none()) {
+        return put("/breakpoints", json!({"lines": lines}));
     }
-    put("/breakpoints", json!({"lines": lines}))
+    let [condition, hits, message] = rules;
+    let rule = |line| json!({"line": line, "condition": condition, "hits": hits, "message": message});
+    let rules: Vec<Value> = lines.iter().map(rule).collect();
+    put("/breakpoints", json!({"lines": lines, "rules": rules}))
 }
 
 fn jog(key: &JogCommand) -> Call {
@@ -178,7 +197,16 @@ impl Call {
             Command::Query(QueryCommand(query)) => get(query.path),
             Command::Program { action: None } => get("/program"),
             Command::Program { action: Some(action) } => program(action),
-            Command::Breakpoints { lines, none } => breakpoints(lines, *none),
+            Command::Breakpoints {
+                lines, none: false, ..
+            } if lines.is_empty() => get("/breakpoints"),
+            Command::Breakpoints {
+                lines,
+                condition,
+                hits,
+                say,
+                ..
+            } => breakpoints(lines, [condition, hits, say]),
             Command::Jog { key } => jog(key),
             Command::Pendant { action: None } => get("/pendant"),
             Command::Pendant {
