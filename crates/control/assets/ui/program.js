@@ -10,7 +10,7 @@ import {createWelcome} from "./welcome.js";
 const path = name => "files/" + encodeURIComponent(name);
 
 export function create(robot) {
-  let open = "", follow = true, shown = false, reading = 0, lastText = "", seenFiles = "";
+  let open = "", follow = true, shown = false, reading = 0, lastText = "", seenFiles = "", seenStack = "", stack = new Map();
   const title = make("h3", {class: "mono"}), told = make("p", {class: "empty", hidden: true});
   const source = makeSource(robot);
   const editor = makeEditor(robot, name => { work.hidden = false; read(name, true); });
@@ -133,15 +133,36 @@ export function create(robot) {
           make("label", {for: "program-new"}, "New file"), name, fresh.element), used), "RAM drive"),
         ifKnown(robot, ["variables"], variables.element, "Variables"))));
 
-  /** The local variables of a program, in one line. */
-  const locals = (state, program) => state.variables.filter(one => one.name.startsWith(program + ".") && one.value)
-    .map(one => one.name.slice(program.length + 1) + " = " + shownValue(one.value)).join(", ");
+  /** Variables in one line. */
+  const shownAll = variables => variables.filter(one => one.value).map(one => one.name + " = " + shownValue(one.value)).join(", ");
+  /** The local variables of a program while it runs: of its last call. */
+  const locals = (state, program) => shownAll(state.variables.filter(one => one.name.startsWith(program + "."))
+    .map(one => ({name: one.name.slice(program.length + 1), value: one.value})));
+
+  /** Reads the variables of each open call once the program has stopped, and again when something has changed. */
+  async function readStack(state) {
+    const isStopped = state.status !== "running" && state.status !== "stop (reset)";
+    const key = isStopped ? JSON.stringify([state.file, state.status, state.tasks, state.variables]) : "";
+    if (key === seenStack) return;
+    seenStack = key;
+    stack = new Map();
+    if (!key) return;
+    try {
+      const {tasks: found} = await robot.get("program/stack");
+      if (key !== seenStack) return;
+      stack = new Map(found.flatMap(task => task.calls.map((call, at) => [task.id + " " + (task.calls.length - 1 - at), shownAll(call.locals)])));
+    } catch {
+      // A recorded run in one page is without them: those of the last call of a program are shown.
+      return;
+    }
+    if (shown) drawTasks(robot.state);
+  }
 
   /** The tasks with what each does, and below it its open calls, innermost first, with their variables. */
   function drawTasks(state) {
     noTask.hidden = state.tasks.length > 0;
     const found = state.tasks.flatMap(task => [{key: task.id, head: task.id === 0 ? "DO" : "Task " + task.id, line: task.line, words: task.doing + (task.reads ? " from " + task.reads : "")},
-      ...[...task.calls].reverse().map((call, at) => ({key: task.id + " " + at, head: call.program, line: call.line, words: locals(state, call.program)}))]);
+      ...[...task.calls].reverse().map((call, at) => ({key: task.id + " " + at, head: call.program, line: call.line, words: stack.get(task.id + " " + at) ?? locals(state, call.program)}))]);
     list(tasks, found, one => one.key, () => make("tr", {}, make("th", {scope: "row"}), make("td"), make("td")), (row, one) => {
       mark(row, "class", String(one.key).includes(" ") ? "call" : "");
       [one.head, "line " + one.line, one.words].forEach((words, at) => say(row.children[at], words));
@@ -162,6 +183,7 @@ export function create(robot) {
       say(run.button, open ? "RUN " + open : "RUN");
       run.button.disabled = !open || open.endsWith(".PAR");
       drawTasks(state);
+      readStack(state);
       variables.state(state);
     },
     pose: here,

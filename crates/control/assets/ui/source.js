@@ -31,7 +31,11 @@ export function makeSource(robot) {
     say(reason, "");
     const next = new Set(breakpoints);
     if (!next.delete(line)) next.add(line);
-    try { take(await robot.put("breakpoints", {lines: [...next].sort((a, b) => a - b)})); } catch (error) { say(reason, error.message); }
+    try {
+      // A condition that a debugger has set is none of this page.
+      const {rules = []} = await robot.get("breakpoints");
+      take(await robot.put("breakpoints", {lines: [...next].sort((a, b) => a - b), rules: rules.filter(rule => next.has(rule.line))}));
+    } catch (error) { say(reason, error.message); }
   }
 
   function take(found) {
