@@ -3,6 +3,7 @@
 //! The server is `ts3100-workbench`'s. Here messages are read by a thread, the program continues between two of them, and what is
 //! debugged is made: a run without sockets, or a recording. A running emulator is in `attached`.
 
+mod attached;
 #[cfg(test)]
 mod tests;
 
@@ -13,6 +14,7 @@ use crate::debugged::ProgramRun;
 use crate::log::print_error;
 use crate::recorded;
 use anyhow::{Context, anyhow, bail};
+use attached::Attached;
 use clap::{Args, FromArgMatches};
 use scol_mini::Severity;
 use std::ffi::OsString;
@@ -112,8 +114,18 @@ impl Launcher for Programs {
         launched.map_err(|error| Refusal::new(format!("{error:#}")))
     }
 
-    fn attach(&mut self, _arguments: AttachArguments) -> Result<Launched, Refusal> {
-        Err(Refusal::new("not yet"))
+    fn attach(&mut self, arguments: AttachArguments) -> Result<Launched, Refusal> {
+        let debuggee = Attached::attach(&arguments)?;
+        let path = arguments
+            .program
+            .map(absolute)
+            .transpose()
+            .map_err(Refusal::new)?;
+        Ok(Launched {
+            path: path.filter(|path| shows(path, &debuggee.source().name)),
+            debuggee: Box::new(debuggee),
+            is_going: true,
+        })
     }
 }
 
@@ -197,11 +209,15 @@ fn open(path: &Path, program: Option<PathBuf>) -> anyhow::Result<Launched> {
     }
     let name = timeline.source().name;
     let path = program.map(absolute).transpose()?;
-    // A file of another name would show other lines.
-    let path = path.filter(|path| drive_name(path).is_ok_and(|drive| drive.eq_ignore_ascii_case(&name)));
+    let path = path.filter(|path| shows(path, &name));
     Ok(Launched {
         debuggee: Box::new(timeline),
         path,
         is_going: false,
     })
+}
+
+/// Whether a file of the editor is the one of this name on the drive; another one would show other lines.
+fn shows(path: &Path, name: &str) -> bool {
+    drive_name(path).is_ok_and(|drive| drive.eq_ignore_ascii_case(name))
 }

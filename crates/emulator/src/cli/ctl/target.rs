@@ -88,6 +88,15 @@ impl TargetArgs {
         choose(given(self.url.as_ref(), URL_VARIABLE), instances::running())
     }
 
+    /// The target of an editor; what it does not name is looked for as for `ctl`.
+    pub fn of_parts(address: Option<String>, robot: Option<String>, token: Option<String>) -> TargetArgs {
+        let url = address.map(|address| match address.contains("://") {
+            true => address,
+            false => format!("http://{address}"),
+        });
+        TargetArgs { url, robot, token }
+    }
+
     /// The target of a command line that is not complete.
     pub fn of_words(words: &[OsString]) -> TargetArgs {
         let value = |flag: &str| {

@@ -1,0 +1,611 @@
+//! A running emulator that is debugged by its control interface, as `ts3100 ctl` reaches it.
+//!
+//! The debugger sets breakpoints and asks whether the program has stopped; everything else of the robot continues, and its hosts
+//! notice the stop alone. A program that is at its first step waits for a start, of a host or of the debugger. The calls are in
+//! `ts3100_control`, the messages of the editor in `ts3100_workbench::dap`.
+
+use crate::cli::ctl::call::Call;
+use crate::cli::ctl::target::{self, TargetArgs};
+use scol_mini::ValueKind;
+use serde::Deserialize;
+use serde::de::DeserializeOwned;
+use serde_json::{Value, json};
+use std::io::{BufRead as _, BufReader};
+use std::mem;
+use std::sync::mpsc::{Receiver, Sender, channel};
+use std::thread;
+use std::time::{Duration, Instant};
+use ts3100_control::client::{Body, Client, DEFAULT_TIMEOUT};
+use ts3100_controller::inspection::Breakpoint;
+use ts3100_controller::queries::{CallView, TaskStack, VariableView};
+use ts3100_proto::command::Number;
+use ts3100_proto::words::Word as _;
+use ts3100_recording::uri::percent_encoded;
+use ts3100_workbench::dap::{
+    Abilities, AttachArguments, Debuggee, Goal, Progress, Refusal, Said, Scene, Source, Stop, StopReason,
+};
+
+/// Time between two looks at the status.
+const POLL: Duration = Duration::from_millis(50);
+/// Longest wait for the end of a step when the debugger leaves: editors wait little longer.
+const LONGEST_STEP: Duration = Duration::from_secs(2);
+/// Longest wait for an event that has happened.
+const LONGEST_STREAM: Duration = Duration::from_secs(1);
+/// Status of a program at its first step.
+const RESET: &str = "stop (reset)";
+const RUNNING: &str = "running";
+const MAIN_TASK: u16 = 1;
+
+/// A robot of a running emulator.
+pub(super) struct Attached {
+    calls: Calls,
+    /// The selected file, as it was when the breakpoints were set.
+    source: Source,
+    statement_lines: Vec<u32>,
+    breakpoints: Vec<Breakpoint>,
+    going: Going,
+    /// The debugger has stopped the program, so it lets it continue when it leaves.
+    is_own_stop: bool,
+    /// From the stream of events.
+    told: Receiver<Told>,
+    /// The program runs, so an event will tell its stop.
+    has_run: bool,
+    said: Vec<Said>,
+}
+
+/// What the debugger waits for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Going {
+    /// A stop; the end of the program is none, since a host starts it again.
+    Run,
+    /// A stop, or the end of the program.
+    Step,
+    /// A stop for which it has asked.
+    Pause,
+    /// Nothing: it has stopped.
+    Stopped,
+}
+
+/// What the stream of events tells.
+enum Told {
+    /// The message of a breakpoint, or a PRINT.
+    Said(Said),
+    /// The program has stopped: everything before it has been told.
+    Stop,
+}
+
+/// The calls of one robot.
+struct Calls {
+    client: Client,
+    robot: Option<String>,
+}
+
+/// The answer of `/program`.
+#[derive(Deserialize)]
+struct ProgramStatus {
+    file: String,
+    status: String,
+}
+
+/// The answer of `/program/stack`.
+#[derive(Deserialize)]
+struct ProgramStack {
+    file: String,
+    status: String,
+    stopped: Option<ProgramStop>,
+    tasks: Vec<StackTask>,
+    statement_lines: Vec<u32>,
+}
+
+#[derive(Deserialize)]
+struct ProgramStop {
+    reason: String,
+    task: u16,
+    line: u32,
+    fault: Option<String>,
+}
+
+#[derive(Deserialize)]
+struct StackTask {
+    id: u16,
+    calls: Vec<StackCall>,
+    interrupted: Option<usize>,
+}
+
+#[derive(Deserialize)]
+struct StackCall {
+    program: String,
+    line: u32,
+    locals: Vec<Variable>,
+}
+
+#[derive(Deserialize)]
+struct Variable {
+    name: String,
+    kind: Option<String>,
+    bounds: Vec<u32>,
+    value: Option<Vec<Number>>,
+}
+
+/// What is shown of `/state`.
+#[derive(Deserialize)]
+struct State {
+    t: f64,
+    variables: Vec<Variable>,
+    inputs: Lines,
+    outputs: Lines,
+    channels: Vec<Channel>,
+    alarms: Vec<Alarm>,
+}
+
+#[derive(Deserialize)]
+struct Lines {
+    on: Vec<u16>,
+}
+
+#[derive(Deserialize)]
+struct Channel {
+    port: String,
+    exchange: Option<String>,
+    buffer_hex: String,
+}
+
+#[derive(Deserialize)]
+struct Alarm {
+    number: String,
+    text: String,
+}
+
+/// An event of the stream.
+#[derive(Deserialize)]
+struct StreamedEvent {
+    event: String,
+    line: Option<u32>,
+    text: Option<String>,
+    status: Option<String>,
+}
+
+/// The sentence of a refusal.
+#[derive(Deserialize)]
+struct Problem {
+    error: String,
+}
+
+impl Calls {
+    fn of_robot(&self, method: &'static str, path: &str, body: Option<Value>) -> Call {
+        let path = path.to_owned();
+        Call { method, path, body }.of_robot(self.robot.clone())
+    }
+
+    fn call<T: DeserializeOwned>(
+        &self,
+        method: &'static str,
+        path: &str,
+        body: Option<Value>,
+    ) -> Result<T, Refusal> {
+        let call = self.of_robot(method, path, body);
+        let body = call.body.as_ref().map(Value::to_string);
+        let answer = self.client.call(call.method, &call.path, body.as_deref());
+        let (status, text) =
+            answer.map_err(|error| Refusal::new(format!("{error}{}", target::advice(&error))))?;
+        if status >= 400 {
+            let problem = serde_json::from_str::<Problem>(&text);
+            return Err(match problem {
+                Ok(problem) => Refusal::new(problem.error),
+                Err(_) => Refusal::new(format!("{path} was answered with status {status}")),
+            });
+        }
+        serde_json::from_str(&text).map_err(|error| {
+            Refusal::new(format!(
+                "cannot read the answer of {path}: {error}. Use a `ts3100` of the version of the emulator"
+            ))
+        })
+    }
+
+    fn get<T: DeserializeOwned>(&self, path: &str) -> Result<T, Refusal> {
+        self.call("GET", path, None)
+    }
+
+    fn post<T: DeserializeOwned>(&self, path: &str, body: Value) -> Result<T, Refusal> {
+        self.call("POST", path, Some(body))
+    }
+
+    /// Opens the stream of events from now on.
+    fn events(&self) -> Result<Body, Refusal> {
+        let call = self.of_robot("GET", "/events", None);
+        let answer = self.client.send(call.method, &call.path, None);
+        let mut answer =
+            answer.map_err(|error| Refusal::new(format!("{error}{}", target::advice(&error))))?;
+        if answer.status >= 400 {
+            return Err(Refusal::new(format!(
+                "the stream of events was answered with status {}",
+                answer.status
+            )));
+        }
+        answer.body.set_size_limit(u64::MAX);
+        answer.body.lift_deadline();
+        Ok(answer.body)
+    }
+}
+
+/// Passes on the messages of breakpoints and stops of the program, until the emulator ends or the debugger has left.
+fn follow(events: Body, teller: &Sender<Told>) {
+    for line in BufReader::new(events).lines() {
+        let Ok(line) = line else { return };
+        let event = line
+            .strip_prefix("data: ")
+            .and_then(|data| serde_json::from_str::<StreamedEvent>(data).ok());
+        let Some(event) = event else { continue };
+        let text = event.text.unwrap_or_default();
+        let told = match event.event.as_str() {
+            "breakpoint" => Told::Said(Said {
+                line: event.line,
+                text,
+            }),
+            "pendant" => Told::Said(Said {
+                line: None,
+                text: text.replace('\r', "\n"),
+            }),
+            "status" if event.status.as_deref() != Some(RUNNING) => Told::Stop,
+            _ => continue,
+        };
+        if teller.send(told).is_err() {
+            return;
+        }
+    }
+}
+
+impl From<Variable> for VariableView {
+    fn from(variable: Variable) -> VariableView {
+        let kind = |word: &str| {
+            Some(match word {
+                "integer" => ValueKind::Integer,
+                "real" => ValueKind::Real,
+                "load" => ValueKind::Load,
+                "coordinate" => ValueKind::Coordinate,
+                "position" => ValueKind::Position,
+                _ => return None,
+            })
+        };
+        VariableView {
+            kind: variable.kind.as_deref().and_then(kind),
+            name: variable.name,
+            bounds: variable.bounds,
+            value: variable.value,
+        }
+    }
+}
+
+fn views(variables: Vec<Variable>) -> Vec<VariableView> {
+    variables.into_iter().map(VariableView::from).collect()
+}
+
+impl From<StackTask> for TaskStack {
+    fn from(task: StackTask) -> TaskStack {
+        let call = |call: StackCall| CallView {
+            program: call.program,
+            line: call.line,
+            locals: views(call.locals),
+        };
+        TaskStack {
+            id: task.id,
+            state: "stopped",
+            calls: task.calls.into_iter().map(call).collect(),
+            interrupted: task.interrupted,
+        }
+    }
+}
+
+impl Attached {
+    /// Attaches to a robot; the program continues.
+    ///
+    /// # Errors
+    /// There is no such emulator or robot, or it does not answer.
+    pub fn attach(arguments: &AttachArguments) -> Result<Attached, Refusal> {
+        let target = TargetArgs::of_parts(
+            arguments.address.clone(),
+            arguments.robot.clone(),
+            arguments.token.clone(),
+        );
+        let url = target.url().map_err(Refusal::new)?;
+        let client = target.client(&url, DEFAULT_TIMEOUT).map_err(Refusal::new)?;
+        let calls = Calls {
+            client,
+            robot: target.robot(),
+        };
+        let status: ProgramStatus = calls.get("/program")?;
+        let events = calls.events()?;
+        let (teller, told) = channel();
+        let reading = thread::Builder::new().name("events".to_owned());
+        let started = reading.spawn(move || follow(events, &teller));
+        started.map_err(Refusal::new)?;
+        let mut attached = Attached {
+            calls,
+            source: Source::default(),
+            statement_lines: Vec::new(),
+            breakpoints: Vec::new(),
+            going: Going::Run,
+            is_own_stop: false,
+            told,
+            has_run: false,
+            said: Vec::new(),
+        };
+        attached.read_source(status.file)?;
+        Ok(attached)
+    }
+
+    /// Reads the selected file.
+    fn read_source(&mut self, name: String) -> Result<(), Refusal> {
+        #[derive(Deserialize)]
+        struct File {
+            text: Option<String>,
+        }
+        let text = match name.is_empty() {
+            true => None,
+            false => {
+                let path = format!("/files/{}", percent_encoded(&name));
+                self.calls.get::<File>(&path)?.text
+            }
+        };
+        let stack: ProgramStack = self.calls.get("/program/stack")?;
+        self.statement_lines = stack.statement_lines;
+        self.source = Source {
+            name,
+            text: text.unwrap_or_default(),
+        };
+        Ok(())
+    }
+
+    fn say(&mut self, text: String) {
+        self.said.push(Said { line: None, text });
+    }
+
+    /// Takes what was told so far.
+    fn listen(&mut self) {
+        let said = self.told.try_iter().filter_map(|told| match told {
+            Told::Said(said) => Some(said),
+            Told::Stop => None,
+        });
+        self.said.extend(said);
+    }
+
+    /// Takes what was told before the stop that has come: the stream may be later than the status.
+    fn listen_until_stop(&mut self) {
+        while let Ok(Told::Said(said)) = self.told.recv_timeout(LONGEST_STREAM) {
+            self.said.push(said);
+        }
+    }
+
+    /// Tells the emulator its breakpoints.
+    fn put_breakpoints(&self) -> Result<(), Refusal> {
+        let lines: Vec<u32> = self.breakpoints.iter().map(|set| set.line).collect();
+        let ruled = self.breakpoints.iter().filter(|set| !set.is_plain());
+        let rules = ruled.map(|set| {
+            json!({
+                "line": set.line,
+                "condition": set.condition,
+                "hits": set.hits.map(|rule| rule.to_string()),
+                "message": set.message,
+            })
+        });
+        let body = json!({ "lines": lines, "rules": rules.collect::<Vec<_>>() });
+        self.calls
+            .call::<Value>("PUT", "/breakpoints", Some(body))
+            .map(drop)
+    }
+
+    /// Waits until a stop that was asked for has come, since a start before it has no effect.
+    fn await_stop(&self) {
+        let asked = Instant::now();
+        while asked.elapsed() < LONGEST_STEP {
+            let status = self.calls.get::<ProgramStatus>("/program");
+            if status.is_ok_and(|status| status.status == RUNNING) {
+                thread::sleep(POLL);
+            } else {
+                return;
+            }
+        }
+    }
+
+    fn stop_of(&self, stack: ProgramStack) -> Result<Stop, Refusal> {
+        let end = || StopReason::End("the end of the program; continue starts it again".to_owned());
+        let Some(stopped) = stack.stopped else {
+            let reason = match stack.status.as_str() {
+                RESET => end(),
+                _ => StopReason::Pause,
+            };
+            let task = MAIN_TASK;
+            return Ok(Stop { reason, task });
+        };
+        let reason = match stopped.reason.as_str() {
+            "breakpoint" => match stopped.fault {
+                Some(fault) => StopReason::Fault(fault),
+                None => {
+                    let here = self.breakpoints.iter().enumerate();
+                    let here = here.filter(|(_, set)| set.line == stopped.line && set.message.is_none());
+                    StopReason::Breakpoints(here.map(|(index, _)| index).collect())
+                }
+            },
+            "step" => StopReason::Step,
+            "alarm" => self.alarm()?,
+            "end" => end(),
+            _ => StopReason::Pause,
+        };
+        let task = stopped.task;
+        Ok(Stop { reason, task })
+    }
+
+    /// The alarm that has stopped the program.
+    fn alarm(&self) -> Result<StopReason, Refusal> {
+        let state: State = self.calls.get("/state")?;
+        let alarm = state.alarms.into_iter().next_back();
+        Ok(alarm.map_or(StopReason::Pause, |alarm| StopReason::Alarm {
+            number: alarm.number,
+            text: alarm.text,
+        }))
+    }
+}
+
+impl Debuggee for Attached {
+    fn abilities(&self) -> Abilities {
+        Abilities {
+            goes_back: false,
+            assigns: true,
+        }
+    }
+
+    fn source(&self) -> Source {
+        self.source.clone()
+    }
+
+    fn statement_lines(&self) -> Vec<u32> {
+        self.statement_lines.clone()
+    }
+
+    fn set_breakpoints(&mut self, breakpoints: Vec<Breakpoint>) -> Vec<Result<u32, Refusal>> {
+        // A file that was downloaded since has other lines.
+        let read = self.read_source(self.source.name.clone());
+        let mut set = Vec::new();
+        let found = breakpoints.into_iter().map(|mut breakpoint| {
+            read.clone()?;
+            let next = self.statement_lines.iter().find(|line| **line >= breakpoint.line);
+            breakpoint.line = *next.ok_or_else(|| Refusal::new("no statement follows in the file"))?;
+            let line = breakpoint.line;
+            set.push(breakpoint);
+            Ok(line)
+        });
+        let found: Vec<Result<u32, Refusal>> = found.collect();
+        self.breakpoints = set;
+        match self.put_breakpoints() {
+            Ok(()) => found,
+            Err(reason) => {
+                self.breakpoints.clear();
+                found
+                    .into_iter()
+                    .map(|found| found.and(Err(reason.clone())))
+                    .collect()
+            }
+        }
+    }
+
+    /// An alarm that stops the program cannot be kept from doing so.
+    fn stop_on_alarm(&mut self, _: bool) {}
+
+    fn go(&mut self, goal: Goal) -> Result<(), Refusal> {
+        let (path, body, going) = match goal.step() {
+            Some((kind, task)) => {
+                let body = json!({ "kind": kind.word(), "task": task });
+                ("/program/step-task", body, Going::Step)
+            }
+            None => ("/program/start", json!({}), Going::Run),
+        };
+        self.listen();
+        self.calls.post::<Value>(path, body)?;
+        (self.going, self.is_own_stop, self.has_run) = (going, false, true);
+        Ok(())
+    }
+
+    fn work(&mut self) -> Result<Progress, Refusal> {
+        let status: ProgramStatus = self.calls.get("/program")?;
+        if status.file != self.source.name {
+            let name = status.file.clone();
+            self.read_source(name)?;
+            self.breakpoints.clear();
+            let name = &self.source.name;
+            let words = format!(
+                "another file is selected: `{name}`; set breakpoints in it, those of the file before are gone\n"
+            );
+            self.say(words);
+        }
+        self.has_run |= status.status == RUNNING;
+        let waits = self.going == Going::Run && status.status == RESET;
+        if status.status == RUNNING || waits {
+            return Ok(Progress::Going);
+        }
+        let stack: ProgramStack = self.calls.get("/program/stack")?;
+        if stack.status == RUNNING || stack.file != self.source.name {
+            // A host has been faster.
+            return Ok(Progress::Going);
+        }
+        if mem::take(&mut self.has_run) {
+            self.listen_until_stop();
+        }
+        let stop = self.stop_of(stack)?;
+        let is_own = match stop.reason {
+            StopReason::Breakpoints(_) | StopReason::Fault(_) | StopReason::Step => true,
+            StopReason::Pause => self.going == Going::Pause,
+            StopReason::Entry | StopReason::Alarm { .. } | StopReason::End(_) => false,
+        };
+        (self.going, self.is_own_stop) = (Going::Stopped, is_own);
+        Ok(Progress::Stopped(stop))
+    }
+
+    fn patience(&self) -> Duration {
+        POLL
+    }
+
+    fn pause(&mut self) {
+        match self.calls.post::<Value>("/program/stop", json!({})) {
+            Ok(_) => self.going = Going::Pause,
+            Err(reason) => self.say(format!("cannot stop the program: {reason}\n")),
+        }
+    }
+
+    fn take_said(&mut self) -> Vec<Said> {
+        self.listen();
+        mem::take(&mut self.said)
+    }
+
+    fn scene(&self) -> Result<Scene, Refusal> {
+        let stack: ProgramStack = self.calls.get("/program/stack")?;
+        let state: State = self.calls.get("/state")?;
+        let channels = state
+            .channels
+            .into_iter()
+            .filter(|channel| channel.exchange.is_none());
+        let buffer = |channel: Channel| {
+            let digits = channel.buffer_hex.as_bytes().chunks(2);
+            let bytes = digits.filter_map(|pair| u8::from_str_radix(str::from_utf8(pair).ok()?, 16).ok());
+            (channel.port, bytes.collect())
+        };
+        Ok(Scene {
+            time: Duration::try_from_secs_f64(state.t).unwrap_or_default(),
+            tasks: stack.tasks.into_iter().map(TaskStack::from).collect(),
+            variables: views(state.variables),
+            inputs: state.inputs.on,
+            outputs: state.outputs.on,
+            channels: channels.map(buffer).collect(),
+        })
+    }
+
+    fn evaluate(&self, task: u16, call: usize, text: &str) -> Result<VariableView, Refusal> {
+        let body = json!({ "expression": text, "task": task, "call": call });
+        let found = self.calls.post::<Variable>("/program/evaluate", body);
+        found.map(VariableView::from)
+    }
+
+    fn assign(&mut self, task: u16, call: usize, text: &str) -> Result<VariableView, Refusal> {
+        let body = json!({ "assignment": text, "task": task, "call": call });
+        let assigned = self.calls.post::<Variable>("/program/assign", body);
+        assigned.map(VariableView::from)
+    }
+
+    /// Takes its breakpoints away; a program that the debugger has stopped continues. An emulator that is gone needs neither.
+    fn release(&mut self) {
+        if !self.breakpoints.is_empty() {
+            self.breakpoints.clear();
+            let _ = self.put_breakpoints();
+        }
+        if self.going == Going::Pause {
+            self.await_stop();
+        }
+        // A start makes a run of a step that is under way.
+        if self.is_own_stop || matches!(self.going, Going::Pause | Going::Step) {
+            let _ = self.calls.post::<Value>("/program/start", json!({}));
+        }
+        (self.going, self.is_own_stop) = (Going::Run, false);
+    }
+}
+
+#[cfg(test)]
+mod tests;
