@@ -100,7 +100,10 @@ ROBOT = b"""origin: observed, ts3100 tap 0.1.0 in front of 192.168.0.124
 
 
 def debugging():
-    """Sessions of an editor that debugs the program of the target: all requests, then in other orders."""
+    """Sessions of an editor that debugs: one that was recorded, and one of all requests, in other orders too."""
+    recorded = (ROOT / "fixtures/sessions/debug/vscode.jsonl").read_text().replace("/cell/pick.scol", "/work/main.scol")
+    sent = [entry["editor"] for entry in map(json.loads, recorded.splitlines()) if "editor" in entry]
+    yield "vscode", b"\0" + "\n".join(json.dumps(message, separators=(",", ":")) for message in sent).encode()
     source = {"path": "/work/main.scol"}
     frame = {"threadId": 1}
     asked = [

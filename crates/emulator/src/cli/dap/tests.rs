@@ -465,6 +465,47 @@ fn a_recording_of_a_host_is_debugged_in_both_directions() {
     assert!(refused.contains("a recording has happened"), "{refused}");
 }
 
+/// Without the number of the message, which depends on how quickly the editor asks.
+fn unnumbered(mut message: Value) -> Value {
+    message["seq"] = Value::Null;
+    message
+}
+
+#[test]
+fn a_recorded_session_of_an_editor_is_answered_as_it_was() {
+    let folder = Path::new(concat!(
+        env!("CARGO_MANIFEST_DIR"),
+        "/../../fixtures/sessions/debug"
+    ));
+    let session = fs::read_to_string(folder.join("vscode.jsonl")).unwrap();
+    let place = TempDir::new("session");
+    let program = place.path().join("pick.scol");
+    fs::copy(folder.join("pick.scol"), &program).unwrap();
+    let session = session.replace("/cell/pick.scol", &program.to_string_lossy().replace('\\', "/"));
+    let mut server = Server::new(Programs);
+    let (mut expected, mut found) = (Vec::new(), Vec::new());
+    for line in session.lines() {
+        let entry: Value = serde_json::from_str(line).unwrap();
+        let Some(message) = entry.get("editor") else {
+            expected.push(unnumbered(entry["server"].clone()));
+            continue;
+        };
+        found.extend(server.receive(message.to_string().as_bytes()));
+        while server.is_running() {
+            found.extend(server.work());
+        }
+    }
+    assert!(server.has_ended());
+    let of_kind = |messages: &[Value], kind: &str| -> Vec<Value> {
+        let messages = messages.iter().filter(|message| message["type"] == kind);
+        messages.cloned().map(unnumbered).collect()
+    };
+    for kind in ["response", "event"] {
+        assert_eq!(of_kind(&found, kind), of_kind(&expected, kind));
+    }
+    assert!(expected.len() > 40);
+}
+
 /// Every program of the fixtures that runs by itself: stopped before each of its statements it says the same, and takes as long.
 #[test]
 fn a_run_that_is_inspected_is_the_same_run() {
