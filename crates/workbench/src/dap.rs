@@ -186,8 +186,22 @@ impl<L: Launcher> Server<L> {
         mem::take(&mut self.out)
     }
 
-    /// Lets the program run for a moment.
+    /// Whether `work` is to be called from time to time.
+    pub fn wants_work(&self) -> bool {
+        let is_stopped = self.phase == Phase::Stopped;
+        self.is_running() || is_stopped && !self.patience().is_zero()
+    }
+
+    /// Lets the program run for a moment; of one that has stopped, whether somebody else lets it run.
     pub fn work(&mut self) -> Vec<Value> {
+        if self.phase == Phase::Stopped
+            && let Some(launched) = &mut self.launched
+            && launched.debuggee.runs_again()
+        {
+            self.resume();
+            let body = json!({ "threadId": MAIN_TASK, "allThreadsContinued": true });
+            self.event("continued", &body);
+        }
         let (Phase::Running { enters }, Some(launched)) = (self.phase, &mut self.launched) else {
             return Vec::new();
         };
@@ -435,15 +449,20 @@ impl<L: Launcher> Server<L> {
             ));
         }
         debuggee.go(goal)?;
-        self.phase = Phase::Running { enters: false };
-        self.frames.clear();
-        self.containers.clear();
-        self.alarm = None;
+        self.resume();
         Ok(if goal == Goal::Run {
             json!({ "allThreadsContinued": true })
         } else {
             Value::Null
         })
+    }
+
+    /// What was shown at the last stop is over.
+    fn resume(&mut self) {
+        self.phase = Phase::Running { enters: false };
+        self.frames.clear();
+        self.containers.clear();
+        self.alarm = None;
     }
 
     fn tell_said(&mut self) {
@@ -487,7 +506,7 @@ impl<L: Launcher> Server<L> {
                 ("exception", words)
             }
             StopReason::Pause => ("pause", format!("Stopped {at}")),
-            StopReason::End(words) => ("pause", format!("Stopped at {words}")),
+            StopReason::End(words) => ("pause", format!("Stopped: {words}")),
         };
         let hit: Vec<usize> = hit
             .into_iter()

@@ -10,7 +10,9 @@ mod tests;
 use super::check::CheckedFile;
 use super::exit::{NEGATIVE, UNUSABLE};
 use super::run::{self, RunArgs};
+use super::serve::stop_signal;
 use crate::debugged::ProgramRun;
+use crate::embed::single_threaded;
 use crate::log::print_error;
 use crate::recorded;
 use anyhow::{Context, anyhow, bail};
@@ -47,6 +49,18 @@ pub(super) struct DapArgs {}
 /// Serves until the editor disconnects or closes the stream.
 pub(super) fn run(_: &DapArgs) -> anyhow::Result<u8> {
     let (sender, messages) = sync_channel(AHEAD);
+    let ended = sender.clone();
+    // A robot that was attached to keeps no breakpoints of a debugger that is ended.
+    thread::Builder::new().name("signals".to_owned()).spawn(move || {
+        let wait = async {
+            stop_signal()?.await;
+            io::Result::Ok(())
+        };
+        if single_threaded().is_ok_and(|runtime| runtime.block_on(wait).is_ok()) {
+            // Where the server has ended, nothing waits for it.
+            let _ = ended.send(Ok(None));
+        }
+    })?;
     // It ends with the process, since a read of stdin cannot be given up.
     thread::Builder::new().name("stdin".to_owned()).spawn(move || {
         let mut stdin = BufReader::new(io::stdin());
@@ -66,7 +80,7 @@ fn serve(
     messages: &Receiver<Result<Option<Vec<u8>>, FramingError>>,
 ) -> u8 {
     loop {
-        let message = if server.is_running() {
+        let message = if server.wants_work() {
             messages
                 .recv_timeout(server.patience())
                 .map_err(|error| error == RecvTimeoutError::Timeout)

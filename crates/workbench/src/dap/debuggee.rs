@@ -191,6 +191,11 @@ pub trait Debuggee: Send {
     /// Lets it stop where it is.
     fn pause(&mut self);
 
+    /// Whether a program that has stopped runs again, without the debugger.
+    fn runs_again(&mut self) -> bool {
+        false
+    }
+
     /// Takes what was said since the last call.
     fn take_said(&mut self) -> Vec<Said>;
 

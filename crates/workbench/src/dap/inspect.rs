@@ -150,7 +150,11 @@ impl<L: Launcher> Server<L> {
         let text = |key: &str| arguments.get(key).and_then(Value::as_str).unwrap_or_default();
         let (expression, context) = (text("expression").trim().to_owned(), text("context"));
         if context == "repl" && scol_mini::is_assignment(&expression) {
-            let assigned = self.assign(task, call, &expression)?;
+            let (target, value) = expression.split_once('=').unwrap_or((&expression, ""));
+            let now = self.stopped_debuggee()?.evaluate(task, call, target);
+            let kind = now.ok().and_then(|now| now.kind);
+            let assignment = variables::assignment(target.trim(), kind, value);
+            let assigned = self.assign(task, call, &assignment)?;
             return Ok(result_of(assigned, "result"));
         }
         let value = self.stopped_debuggee()?.evaluate(task, call, &expression)?;

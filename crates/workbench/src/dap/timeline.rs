@@ -135,11 +135,28 @@ enum When {
     Statement(u64),
 }
 
+/// An earlier statement, before that with the number `until`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+struct Search {
+    until: u64,
+    goal: BackGoal,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum BackGoal {
+    /// One of this task, in this call or outside it.
+    Statement { task: u16, depth: usize },
+    /// One at which a breakpoint stops.
+    Breakpoint,
+}
+
 /// What is under way.
 #[derive(Debug, Clone, PartialEq, Eq)]
 enum Going {
     Forward,
-    /// Stopped already: where going back has led.
+    /// In search of an earlier statement.
+    Back(Search),
+    /// Stopped already.
     Arrived(Stop),
     Pausing,
     /// The run is over; it is told once more.
@@ -305,6 +322,13 @@ impl<C: Course> Timeline<C> {
         self.said_of_step = 0;
     }
 
+    /// Whether a variable is given a value before this step: a run that had ended there continues.
+    fn is_changed_at(&self, steps: u64) -> bool {
+        self.assignments
+            .iter()
+            .any(|(when, _)| *when == When::Step(steps))
+    }
+
     /// The statements from a copy on until that with the number `until`.
     fn list(&self, from: &Place<C>, mut steps: u64, until: u64) -> Vec<Begun> {
         let mut place = from.clone();
@@ -324,7 +348,7 @@ impl<C: Course> Timeline<C> {
             listed.extend(inspection.listed.into_iter().flatten());
             place.next = inspection.next;
             steps += 1;
-            if inspection.halt.is_some() || ending.is_some() {
+            if inspection.halt.is_some() || ending.is_some() && !self.is_changed_at(steps) {
                 break;
             }
         }
@@ -332,24 +356,41 @@ impl<C: Course> Timeline<C> {
         listed
     }
 
-    /// The last statement before the present one that fits.
-    fn last(&self, fits: impl Fn(&Begun) -> bool) -> Option<Begun> {
-        let mut until = self.at;
-        loop {
-            let (steps, frame) = self.keyframes.last(|frame| frame.next < until)?;
-            if let Some(found) = self
-                .list(frame, steps, until)
-                .into_iter()
-                .rev()
-                .find(|begun| fits(begun))
-            {
-                return Some(found);
-            }
-            if steps == 0 {
-                return None;
-            }
-            until = frame.next;
+    /// Searches one copy further back.
+    fn search_back(&mut self, search: Search) -> Progress {
+        let Search { until, goal } = search;
+        let Some((steps, frame)) = self.keyframes.last(|frame| frame.next < until) else {
+            return self.arrive(0, None);
+        };
+        let begins = frame.next;
+        let listed = self.list(frame, steps, until);
+        let found = listed.into_iter().rev().find(|begun| match goal {
+            BackGoal::Statement { task, depth } => begun.task == task && begun.depth <= depth,
+            BackGoal::Breakpoint => begun.is_stop,
+        });
+        if let Some(found) = found {
+            let reason = match goal {
+                BackGoal::Statement { .. } => StopReason::Step,
+                BackGoal::Breakpoint => StopReason::Breakpoints(Vec::new()),
+            };
+            let task = found.task;
+            return self.arrive(found.number, Some(Stop { reason, task }));
         }
+        if steps == 0 {
+            return self.arrive(0, None);
+        }
+        self.going = Going::Back(Search { until: begins, goal });
+        Progress::Going
+    }
+
+    /// Goes back to a statement; without a stop it is the first of all.
+    fn arrive(&mut self, number: u64, stop: Option<Stop>) -> Progress {
+        self.go_to(number);
+        let first = Stop {
+            reason: StopReason::Entry,
+            task: MAIN_TASK,
+        };
+        Progress::Stopped(stop.unwrap_or(first))
     }
 
     /// Goes to a statement that has been there.
@@ -375,26 +416,10 @@ impl<C: Course> Timeline<C> {
                 next: inspection.next,
             };
             self.steps += 1;
-            if ending.is_some() {
+            if ending.is_some() && !self.is_changed_at(self.steps) {
                 return self.stand();
             }
         }
-    }
-
-    /// Goes back to the last statement that fits, or to the first of all.
-    fn go_back(&mut self, reason: StopReason, fits: impl Fn(&Begun) -> bool) {
-        let found = self.last(fits);
-        self.go_to(found.map_or(0, |found| found.number));
-        self.going = Going::Arrived(match found {
-            Some(found) => Stop {
-                reason,
-                task: found.task,
-            },
-            None => Stop {
-                reason: StopReason::Entry,
-                task: MAIN_TASK,
-            },
-        });
     }
 
     /// Number of open calls of a task where it has stopped.
@@ -472,15 +497,15 @@ impl<C: Course> Debuggee for Timeline<C> {
                 }
                 return Ok(());
             }
-            Goal::Back(task) => {
-                let depth = self.depth(task);
-                self.go_back(StopReason::Step, |begun| {
-                    begun.task == task && begun.depth <= depth
-                });
-                return Ok(());
-            }
-            Goal::RunBack => {
-                self.go_back(StopReason::Breakpoints(Vec::new()), |begun| begun.is_stop);
+            Goal::Back(_) | Goal::RunBack => {
+                let goal = if let Goal::Back(task) = goal {
+                    let depth = self.depth(task);
+                    BackGoal::Statement { task, depth }
+                } else {
+                    BackGoal::Breakpoint
+                };
+                let until = self.at;
+                self.going = Going::Back(Search { until, goal });
                 return Ok(());
             }
             Goal::Run | Goal::Into(_) | Goal::Over(_) | Goal::Out(_) | Goal::Motion(_) => {}
@@ -501,6 +526,8 @@ impl<C: Course> Debuggee for Timeline<C> {
         for _ in 0..PORTION {
             match mem::replace(&mut self.going, Going::Forward) {
                 Going::Forward => {}
+                // A search is looked after once for each copy, which takes longer than a step.
+                Going::Back(search) => return Ok(self.search_back(search)),
                 Going::Arrived(stop) => return Ok(Progress::Stopped(stop)),
                 Going::Over(ending) => return Ok(self.over(ending)),
                 Going::Pausing => {
@@ -520,6 +547,10 @@ impl<C: Course> Debuggee for Timeline<C> {
     fn pause(&mut self) {
         if self.going == Going::Forward {
             self.going = Going::Pausing;
+        } else if let Going::Back(_) = self.going {
+            // It has not moved yet.
+            let (reason, task) = (StopReason::Pause, MAIN_TASK);
+            self.going = Going::Arrived(Stop { reason, task });
         }
     }
 

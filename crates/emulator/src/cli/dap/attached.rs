@@ -458,6 +458,15 @@ impl Debuggee for Attached {
         self.source.clone()
     }
 
+    fn runs_again(&mut self) -> bool {
+        let status = self.calls.get::<ProgramStatus>("/program");
+        let runs = self.going == Going::Stopped && status.is_ok_and(|status| status.status == RUNNING);
+        if runs {
+            (self.going, self.has_run, self.is_own_stop) = (Going::Run, true, false);
+        }
+        runs
+    }
+
     fn statement_lines(&self) -> Vec<u32> {
         self.statement_lines.clone()
     }

@@ -288,7 +288,12 @@ fn a_changed_variable_makes_another_future_and_stays_on_the_way_back() {
     );
     let stack = editor.ask("stackTrace", &json!({ "threadId": 1 }));
     let frame = &stack["stackFrames"][0]["id"];
-    for assignment in ["COUNT = 10", "ROW = 7", "PLACE.X = 310"] {
+    for assignment in [
+        "COUNT = 10",
+        "ROW = 7",
+        "PLACE = (300, 0, 60, 0, 0, 0, 0, 0, 0)",
+        "PLACE.X = 310",
+    ] {
         editor.ask(
             "evaluate",
             &json!({ "expression": assignment, "frameId": frame, "context": "repl" }),
@@ -354,7 +359,7 @@ fn tasks_are_threads_and_a_step_is_of_one_of_them() {
 #[test]
 fn a_program_that_waits_for_nothing_continues_after_a_change() {
     let mut editor = Editor::new();
-    let program = "GLOBAL\n  FLAG = 0\nEND\nPROGRAM MAIN\n  WAIT FLAG == 1\n  PRINT COM1, \"ON\", CR\nEND\n";
+    let program = "GLOBAL\n  FLAG = 0\nEND\nPROGRAM MAIN\n  WAIT FLAG == 1\n  FLAG = FLAG + 0\n  PRINT COM1, \"ON\", CR\nEND\n";
     let path = editor.file("wait.scol", program);
     let stop = editor.start(&json!({ "program": path }), &path, &json!([]));
     assert!(
@@ -369,6 +374,16 @@ fn a_program_that_waits_for_nothing_continues_after_a_change() {
         "evaluate",
         &json!({ "expression": "FLAG = 1", "frameId": stack["stackFrames"][0]["id"], "context": "repl" }),
     );
+    editor.ask(
+        "setBreakpoints",
+        &json!({ "source": { "path": path }, "breakpoints": [{ "line": 7 }] }),
+    );
+    editor.go("continue");
+    assert_eq!((editor.line(), editor.value("FLAG")), (7, "1".to_owned()));
+    // On the way back to a place after it, the change is made again.
+    editor.go("stepBack");
+    assert_eq!((editor.line(), editor.value("FLAG")), (6, "1".to_owned()));
+    assert_eq!(editor.go("continue")["body"]["reason"], "breakpoint");
     assert_eq!(editor.go("continue")["event"], "terminated");
     assert!(editor.said().contains("ON\n"));
 }
