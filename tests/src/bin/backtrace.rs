@@ -5,37 +5,31 @@
 //!
 //! The panic is in a caller's function that the emulator calls, so no panic is built into the emulator.
 
-use std::collections::BTreeMap;
 use std::error::Error;
 use std::process::Command;
-use std::time::Duration;
-use ts3100_controller::{Config, Dialect};
-use ts3100_emulator::clock::TimeMode;
-use ts3100_emulator::headless::{self, RunRequest};
+use ts3100_controller::{Config, Controller, Dialect, Input, Output, PanelAction, Time};
+use ts3100_driver::seat::{Effects, Seat, Side};
 
 /// With this argument the program panics; without it, it starts itself again with it.
 const PANIC: &str = "panic";
-/// The call that leads to the panic, and a crate between them.
-const NAMED: [&str; 2] = ["ts3100_emulator::headless::run", "ts3100_driver::"];
+/// The call that leads to the panic, and a function of a crate between them.
+const NAMED: [&str; 2] = ["run_and_panic", "ts3100_driver::seat::Seat::feed"];
 
-#[expect(clippy::panic, reason = "what is checked")]
+/// A caller that panics at the first output.
+struct Caller;
+
+impl Effects for Caller {
+    #[expect(clippy::panic, reason = "what is checked")]
+    fn perform(&mut self, _at: Time, output: Output, _controller: &Controller) -> Vec<Input> {
+        panic!("at {output:?}")
+    }
+}
+
 fn run_and_panic() -> Result<(), Box<dyn Error>> {
-    let request = RunRequest {
-        config: Config::new(Dialect::default()),
-        name: "TEST".to_owned(),
-        source: b"PROGRAM TEST\rPRINT \"HELLO\", CR\rEND\r".to_vec(),
-        records: BTreeMap::new(),
-        lines_on: Vec::new(),
-        scenario: None,
-        call: None,
-        trace: false,
-        profile: false,
-        record_lines: false,
-        time: TimeMode::Auto,
-        max_time: Duration::from_secs(10),
-    };
-    headless::run(request, &mut |_, event| panic!("at {event:?}"))?;
-    Err("cannot check a backtrace: the program printed nothing".into())
+    let controller = Controller::new(Config::new(Dialect::default()), Vec::new())?;
+    let servo = Input::by_hand(PanelAction::Servo(true));
+    Seat::new(controller).feed(Time::ZERO, servo, Side::Host, &mut Caller)?;
+    Err("cannot check a backtrace: nothing was put out".into())
 }
 
 fn main() -> Result<(), Box<dyn Error>> {
