@@ -35,6 +35,7 @@ pub struct BreakpointRule {
     condition: Option<String>,
     /// Which of the hits count: `3` the third, `>=3` the third and all after it, `%3` each third.
     #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[cfg_attr(test, schema(pattern = "^(>=|>|%)?[1-9][0-9]{0,8}$"))]
     hits: Option<String>,
     /// An event with this text is sent and the program does not stop. An expression in braces becomes its value.
     #[serde(default, skip_serializing_if = "Option::is_none")]

@@ -84,7 +84,7 @@ pub struct EvaluateRequest {
     expression: String,
     /// The task.
     #[serde(default = "main_task", deserialize_with = "whole")]
-    #[cfg_attr(test, schema(default = 1, minimum = 1))]
+    #[cfg_attr(test, schema(default = 1, minimum = 1, maximum = 65535))]
     task: u16,
     /// Number of the call, 0 the outermost; without one, the innermost.
     call: Option<u32>,
@@ -99,7 +99,7 @@ pub struct AssignRequest {
     assignment: String,
     /// The task.
     #[serde(default = "main_task", deserialize_with = "whole")]
-    #[cfg_attr(test, schema(default = 1, minimum = 1))]
+    #[cfg_attr(test, schema(default = 1, minimum = 1, maximum = 65535))]
     task: u16,
     /// Number of the call, 0 the outermost; without one, the innermost.
     call: Option<u32>,
@@ -116,7 +116,7 @@ pub struct StepTaskRequest {
     kind: StepKind,
     /// The task.
     #[serde(default = "main_task", deserialize_with = "whole")]
-    #[cfg_attr(test, schema(default = 1, minimum = 1))]
+    #[cfg_attr(test, schema(default = 1, minimum = 1, maximum = 65535))]
     task: u16,
 }
 
