@@ -4,10 +4,11 @@
 //! [`super::breakpoints`].
 
 use super::api_names::StatusName;
-use super::body::whole;
+use super::body::{optional_whole, whole};
 use super::panel::ProgramStatus;
 use super::resource::{Answer, Deserialize, Handle, Json, Problem, Serialize, View, call};
 use super::variables::VariableInfo;
+use axum::http::StatusCode;
 use ts3100_controller::action::Action;
 use ts3100_controller::inspection::{Assignment, StepKind};
 use ts3100_controller::queries::{CallView, TaskStack};
@@ -87,6 +88,7 @@ pub struct EvaluateRequest {
     #[cfg_attr(test, schema(default = 1, minimum = 1, maximum = 65535))]
     task: u16,
     /// Number of the call, 0 the outermost; without one, the innermost.
+    #[serde(default, deserialize_with = "optional_whole")]
     call: Option<u32>,
 }
 
@@ -102,6 +104,7 @@ pub struct AssignRequest {
     #[cfg_attr(test, schema(default = 1, minimum = 1, maximum = 65535))]
     task: u16,
     /// Number of the call, 0 the outermost; without one, the innermost.
+    #[serde(default, deserialize_with = "optional_whole")]
     call: Option<u32>,
 }
 
@@ -197,8 +200,9 @@ fn call_of(view: &View<'_>, task: u16, call: Option<u32>) -> Result<usize, Probl
 fn evaluated(view: &View<'_>, task: u16, call: usize, text: &str) -> Result<VariableInfo, Problem> {
     let found = view.controller.evaluate(task, call, text);
     found.map(VariableInfo::new).map_err(|reason| {
+        // What has a value now may have none in another call.
         let told = format!("cannot evaluate `{text}`: {reason}");
-        Problem::invalid("expression", "an expression with a value", text).told(told)
+        Problem::new(StatusCode::CONFLICT, told).at("expression")
     })
 }
 
@@ -233,7 +237,7 @@ pub async fn evaluate(handle: Handle, Json(body): Json<EvaluateRequest>) -> Answ
         let call = call_of(view, task, call)?;
         if scol_mini::is_assignment(&expression) {
             let told = format!("`{expression}` is an assignment; send it to POST /program/assign");
-            return Err(Problem::invalid("expression", "an expression", &expression).told(told));
+            return Err(Problem::new(StatusCode::CONFLICT, told).at("expression"));
         }
         evaluated(view, task, call, &expression)
     };

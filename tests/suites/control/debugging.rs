@@ -193,8 +193,8 @@ fn a_variable_of_a_call_is_given_a_value_while_the_program_is_stopped() {
         r#"{"assignment":"N = 1","call":2}"#,
     );
     robot.refused(404, "POST", "/program/evaluate", r#"{"expression":"N","task":9}"#);
-    robot.refused(422, "POST", "/program/evaluate", r#"{"expression":"N = 1"}"#);
-    robot.refused(422, "POST", "/program/evaluate", r#"{"expression":"N +"}"#);
+    robot.refused(409, "POST", "/program/evaluate", r#"{"expression":"N = 1"}"#);
+    robot.refused(409, "POST", "/program/evaluate", r#"{"expression":"N +"}"#);
     assert_eq!(evaluate(&robot, "N"), json!([2]));
 }
 
