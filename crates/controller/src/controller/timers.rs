@@ -177,10 +177,6 @@ impl Controller {
     pub(super) fn settle(&mut self) {
         for timer in OF_ROBOT {
             timer.serve(self);
-            if self.is_halted() {
-                self.due = None;
-                return;
-            }
         }
         if !self.robot.context.fault_effects.is_empty() {
             let state = self.robot.machine_state();
@@ -192,6 +188,10 @@ impl Controller {
 
     /// Tells the hosts of stops that they did not ask for.
     fn tell_of_stops(&mut self) {
+        // What an inspection has halted is not over.
+        if self.is_halted() {
+            return;
+        }
         self.take_notices();
         // While a file is stored its download is no open exchange any more, and its OK has not left: SP would come
         // between (`no_sp_leaves_while_a_file_is_being_stored`).
