@@ -12,6 +12,7 @@ mod ctl;
 mod dap;
 mod diff;
 mod docs;
+mod editor;
 mod ending;
 mod exec;
 mod exit;

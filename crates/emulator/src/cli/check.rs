@@ -21,7 +21,6 @@ use scol_mini::{Diagnostic, DiagnosticKind, Severity};
 use std::collections::BTreeSet;
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
 use ts3100_control::printable::printable;
 use ts3100_controller::{Config, Dialect};
 
@@ -96,13 +95,8 @@ pub(super) fn run(args: CheckArgs) -> anyhow::Result<u8> {
     if args.files.iter().any(|path| is_stdin(path)) {
         bail!("cannot watch stdin; name files or folders");
     }
-    let announcement = match args.format() {
-        CheckFormat::Text => Announcement::Line,
-        CheckFormat::Json | CheckFormat::Sarif => Announcement::None,
-    };
-    let args = Arc::new(args);
-    let watched = Arc::clone(&args);
-    watch(move || watched.sources(), announcement, move |_| check_all(&args))
+    let announcement = Announcement::new(args.format() != CheckFormat::Text);
+    watch(args, announcement, CheckArgs::sources, |args, _| check_all(args))
 }
 
 fn check_all(args: &CheckArgs) -> anyhow::Result<u8> {

@@ -1,13 +1,14 @@
 //! `ts3100 dap`: the debugger of SCOL on stdin and stdout.
 //!
-//! The server is `ts3100-workbench`'s. Here messages are read by a thread, the program continues between two of them, and what is
-//! debugged is made: a run without sockets, or a recording. A running emulator is in `attached`.
+//! The server is `ts3100-workbench`'s. Here the program continues between two messages, and what is debugged is made: a run without
+//! sockets, or a recording. A running emulator is in `attached`.
 
 mod attached;
 #[cfg(test)]
 mod tests;
 
 use super::check::CheckedFile;
+use super::editor::{self, Message};
 use super::exit::{NEGATIVE, UNUSABLE};
 use super::run::{self, RunArgs};
 use super::serve::stop_signal;
@@ -20,10 +21,10 @@ use attached::Attached;
 use clap::{Args, FromArgMatches};
 use scol_mini::Severity;
 use std::ffi::OsString;
-use std::io::{self, BufReader};
+use std::io;
 use std::path::{Path, PathBuf, absolute};
 use std::sync::Arc;
-use std::sync::mpsc::{Receiver, RecvTimeoutError, sync_channel};
+use std::sync::mpsc::{Receiver, RecvTimeoutError};
 use std::thread;
 use ts3100_driver::pc_file::drive_name;
 use ts3100_recording::replay::Playback;
@@ -31,10 +32,7 @@ use ts3100_recording::transcript::Recording;
 use ts3100_workbench::dap::{
     AttachArguments, Debuggee, LaunchArguments, Launched, Launcher, Refusal, Server, Timeline,
 };
-use ts3100_workbench::framing::{self, FramingError};
-
-/// Messages that are read ahead; an editor that sends more waits.
-const AHEAD: usize = 256;
+use ts3100_workbench::framing;
 
 /// Serve the debugger of SCOL to an editor (Debug Adapter Protocol over stdin and stdout).
 ///
@@ -48,8 +46,7 @@ pub(super) struct DapArgs {}
 
 /// Serves until the editor disconnects or closes the stream.
 pub(super) fn run(_: &DapArgs) -> anyhow::Result<u8> {
-    let (sender, messages) = sync_channel(AHEAD);
-    let ended = sender.clone();
+    let (ended, messages) = editor::messages()?;
     // A robot that was attached to keeps no breakpoints of a debugger that is ended.
     thread::Builder::new().name("signals".to_owned()).spawn(move || {
         let wait = async {
@@ -61,24 +58,10 @@ pub(super) fn run(_: &DapArgs) -> anyhow::Result<u8> {
             let _ = ended.send(Ok(None));
         }
     })?;
-    // It ends with the process, since a read of stdin cannot be given up.
-    thread::Builder::new().name("stdin".to_owned()).spawn(move || {
-        let mut stdin = BufReader::new(io::stdin());
-        loop {
-            let message = framing::read(&mut stdin);
-            let is_last = !matches!(message, Ok(Some(_)));
-            if sender.send(message).is_err() || is_last {
-                return;
-            }
-        }
-    })?;
     Ok(serve(&mut Server::new(Programs), &messages))
 }
 
-fn serve(
-    server: &mut Server<impl Launcher>,
-    messages: &Receiver<Result<Option<Vec<u8>>, FramingError>>,
-) -> u8 {
+fn serve(server: &mut Server<impl Launcher>, messages: &Receiver<Message>) -> u8 {
     loop {
         let message = if server.wants_work() {
             messages

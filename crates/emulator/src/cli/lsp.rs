@@ -1,8 +1,8 @@
 //! `ts3100 lsp`: the language server of SCOL on stdin and stdout.
 //!
-//! The server is `ts3100-workbench`'s. Here messages are read by a thread, so that all that have arrived reach it together, and
-//! files are read for it.
+//! The server is `ts3100-workbench`'s. Here all messages that have arrived reach it together, and files are read for it.
 
+use super::editor::{self, Message};
 use super::exit::{NEGATIVE, UNUSABLE};
 use super::input;
 use super::programs::{self, FolderError};
@@ -14,10 +14,9 @@ use clap::Args;
 use std::cell::RefCell;
 use std::collections::BTreeMap;
 use std::fs;
-use std::io::{self, BufReader, Write};
+use std::io::{self, Write};
 use std::path::{Path, PathBuf};
-use std::sync::mpsc::{Receiver, RecvTimeoutError, sync_channel};
-use std::thread;
+use std::sync::mpsc::{Receiver, RecvTimeoutError};
 use std::time::Duration;
 use tracing::debug;
 use ts3100_book::{Passage, book};
@@ -25,11 +24,9 @@ use ts3100_controller::model::ArmModel;
 use ts3100_driver::files;
 use ts3100_driver::pc_file::MAX_PC_FILE;
 use ts3100_recording::uri;
-use ts3100_workbench::framing::{self, FramingError};
+use ts3100_workbench::framing;
 use ts3100_workbench::lsp::{Project, Server, Settings, SettingsError};
 
-/// Messages that are read ahead; an editor that sends more waits.
-const AHEAD: usize = 256;
 /// Time between two looks at the process of the editor: one that was killed may leave the stream open to others.
 const LOOK: Duration = Duration::from_secs(3);
 
@@ -61,18 +58,7 @@ pub(super) fn run(args: &LspArgs) -> anyhow::Result<u8> {
         read_points(points, model.language())?;
     }
     let settings = Settings { model, points };
-    let (sender, messages) = sync_channel(AHEAD);
-    // It ends with the process, since a read of stdin cannot be given up.
-    thread::Builder::new().name("stdin".to_owned()).spawn(move || {
-        let mut stdin = BufReader::new(io::stdin());
-        loop {
-            let message = framing::read(&mut stdin);
-            let is_last = !matches!(message, Ok(Some(_)));
-            if sender.send(message).is_err() || is_last {
-                return;
-            }
-        }
-    })?;
+    let (_, messages) = editor::messages()?;
     let mut server = Server::new(Disk::default(), settings);
     let mut stdout = io::stdout().lock();
     Ok(serve(&mut server, &messages, &mut stdout, LOOK, is_running))
@@ -81,7 +67,7 @@ pub(super) fn run(args: &LspArgs) -> anyhow::Result<u8> {
 /// Serves until the conversation ends, or the editor is no longer one of the processes that run.
 fn serve(
     server: &mut Server<impl Project>,
-    messages: &Receiver<Result<Option<Vec<u8>>, FramingError>>,
+    messages: &Receiver<Message>,
     stream: &mut impl Write,
     look: Duration,
     mut is_running: impl FnMut(u32) -> bool,
@@ -210,6 +196,8 @@ fn write_page(code: &str) -> Option<String> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::cli::editor::AHEAD;
+    use std::sync::mpsc::sync_channel;
 
     /// Serves an editor that has named its process and then says no more, and returns how often its process was looked
     /// at.

@@ -23,7 +23,6 @@ use clap::Args;
 use scol_mini::Severity;
 use std::collections::{BTreeMap, VecDeque};
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 use std::time::Duration;
 use ts3100_control::printable::printable;
@@ -129,17 +128,8 @@ pub(super) fn run(args: RunArgs) -> anyhow::Result<u8> {
     if args.sources().iter().any(|path| is_stdin(path)) {
         bail!("cannot watch stdin; name a file");
     }
-    let announcement = match args.json {
-        true => Announcement::None,
-        false => Announcement::Line,
-    };
-    let args = Arc::new(args);
-    let watched = Arc::clone(&args);
-    watch(
-        move || watched.sources(),
-        announcement,
-        move |outdated| run_once(&args, outdated),
-    )
+    let announcement = Announcement::new(args.json);
+    watch(args, announcement, RunArgs::sources, run_once)
 }
 
 /// Runs the program until its end, or until the flag is set.

@@ -18,7 +18,6 @@ use clap::Args;
 use scol_mini::Severity;
 use show::{FileOutcome, TestOutcome, TestPrinter};
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use ts3100_driver::files;
 use ts3100_driver::pc_file::drive_name;
@@ -104,17 +103,8 @@ pub(super) fn run(args: TestArgs) -> anyhow::Result<u8> {
     if !args.watch {
         return run_all(&args, &AtomicBool::new(false));
     }
-    let announcement = match args.json {
-        true => Announcement::None,
-        false => Announcement::Line,
-    };
-    let args = Arc::new(args);
-    let watched = Arc::clone(&args);
-    watch(
-        move || watched.sources(),
-        announcement,
-        move |outdated| run_all(&args, outdated),
-    )
+    let announcement = Announcement::new(args.json);
+    watch(args, announcement, TestArgs::sources, run_all)
 }
 
 /// Runs all tests once, or until the flag is set.

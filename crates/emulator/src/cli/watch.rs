@@ -145,6 +145,14 @@ pub(super) enum Announcement {
 }
 
 impl Announcement {
+    /// Of rounds that write documents for programs, or text.
+    pub(super) fn new(documents: bool) -> Announcement {
+        match documents {
+            true => Announcement::None,
+            false => Announcement::Line,
+        }
+    }
+
     fn is_cleared(self) -> bool {
         let is_dumb = std::env::var_os("TERM").is_some_and(|term| term == "dumb");
         self == Announcement::Line && io::stdout().is_terminal() && !is_dumb
@@ -176,11 +184,16 @@ impl Announcement {
 ///
 /// # Errors
 /// Signals or threads are not available, or stdout takes no more.
-pub(super) fn watch(
-    files: impl Fn() -> Vec<PathBuf> + Send + 'static,
+pub(super) fn watch<A: Send + Sync + 'static>(
+    args: A,
     announcement: Announcement,
-    round: impl Fn(&AtomicBool) -> anyhow::Result<u8> + Send + Sync + 'static,
+    files: impl Fn(&A) -> Vec<PathBuf> + Send + 'static,
+    round: impl Fn(&A, &AtomicBool) -> anyhow::Result<u8> + Send + Sync + 'static,
 ) -> anyhow::Result<u8> {
+    let args = Arc::new(args);
+    let watched = Arc::clone(&args);
+    let files = move || files(&watched);
+    let round = move |outdated: &AtomicBool| round(&args, outdated);
     single_threaded()?.block_on(async {
         let stop = stop_signal().context("cannot listen for signals")?;
         let (sender, ended) = tokio::sync::oneshot::channel();
