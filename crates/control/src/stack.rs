@@ -186,8 +186,8 @@ impl StackTask {
 
 /// The call that is meant.
 fn call_of(view: &View<'_>, task: u16, call: Option<u32>) -> Result<usize, Problem> {
-    let stacks = view.controller.stacks();
-    let found = stacks.iter().find(|stack| stack.id == task);
+    let tasks = view.controller.tasks();
+    let found = tasks.iter().find(|found| found.id == task && task > 0);
     let found = found.ok_or_else(|| Problem::not_found("task", "a task of GET /program/stack", task))?;
     let open = found.calls.len();
     let Some(call) = call else {
@@ -200,7 +200,7 @@ fn call_of(view: &View<'_>, task: u16, call: Option<u32>) -> Result<usize, Probl
 fn evaluated(view: &View<'_>, task: u16, call: usize, text: &str) -> Result<VariableInfo, Problem> {
     let found = view.controller.evaluate(task, call, text);
     found.map(VariableInfo::new).map_err(|reason| {
-        // What has a value now may have none in another call.
+        // An expression with a value now may have none in another call.
         let told = format!("cannot evaluate `{text}`: {reason}");
         Problem::new(StatusCode::CONFLICT, told).at("expression")
     })
@@ -235,7 +235,7 @@ pub async fn evaluate(handle: Handle, Json(body): Json<EvaluateRequest>) -> Answ
     } = body;
     let read = move |view: &View<'_>| {
         let call = call_of(view, task, call)?;
-        if scol_mini::is_assignment(&expression) {
+        if scol_mini::split_assignment(&expression).is_some() {
             let told = format!("`{expression}` is an assignment; send it to POST /program/assign");
             return Err(Problem::new(StatusCode::CONFLICT, told).at("expression"));
         }

@@ -5,7 +5,7 @@
 use super::noise::numbers;
 use super::resource::{Answer, Deserialize, Handle, Json, Path, Problem, Serialize, View, call};
 use scol_mini::ValueKind;
-use serde::Deserializer;
+use serde::{Deserializer, Serializer};
 use ts3100_controller::action::Action;
 use ts3100_controller::queries::VariableView;
 use ts3100_proto::command::Number;
@@ -37,9 +37,11 @@ pub struct VariableInfo {
 }
 
 /// Type of a variable.
-#[derive(Serialize)]
-#[cfg_attr(test, derive(utoipa::ToSchema), schema(as = VariableKind))]
-#[serde(remote = "ValueKind", rename_all = "lowercase")]
+#[cfg(test)]
+#[derive(Serialize, utoipa::ToSchema)]
+#[schema(as = VariableKind)]
+#[serde(rename_all = "lowercase")]
+#[expect(dead_code, reason = "the form in the document")]
 enum KindName {
     Integer,
     Real,
@@ -48,9 +50,15 @@ enum KindName {
     Position,
 }
 
-/// A kind, written as [`KindName`] says.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
-struct Kind(#[serde(with = "KindName")] ValueKind);
+/// A kind, written as its word.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Kind(ValueKind);
+
+impl Serialize for Kind {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.serialize_str(self.0.word())
+    }
+}
 
 /// The new value of a variable.
 #[derive(Debug, Clone, Deserialize)]

@@ -95,7 +95,7 @@ pub struct Executor {
     spare_program: Arc<Program>,
     /// Its data.
     spare_memory: Memory,
-    /// What looks at each statement.
+    /// Of a debugger: it looks at each statement.
     #[serde(skip)]
     inspection: Option<Box<Inspection>>,
 }
@@ -321,12 +321,12 @@ impl Executor {
         &mut self.breakpoints
     }
 
-    /// What looks at each statement.
+    /// The inspection that looks at each statement.
     pub(crate) fn inspection(&self) -> Option<&Inspection> {
         self.inspection.as_deref()
     }
 
-    /// The place of what looks at each statement.
+    /// The place of that inspection.
     pub(crate) fn inspection_mut(&mut self) -> &mut Option<Box<Inspection>> {
         &mut self.inspection
     }

@@ -425,7 +425,7 @@ pub struct Halt {
     pub reason: HaltReason,
 }
 
-/// What is looked for, and what was found.
+/// The place at which a program is to halt, and the statements that were found on the way.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Inspection {
     /// Number of the next statement.
@@ -454,11 +454,11 @@ impl Inspection {
         due.map(|(_, assignment)| assignment.clone()).collect()
     }
 
-    /// Looks at the statement that a task begins; true if the controller halts before it. `outside` calls belong to the
-    /// program which the action of a monitor interrupts.
+    /// Looks at the statement that a task begins; true if the controller halts before it. `is_selected`: the file of the
+    /// breakpoints is. `outside` calls belong to the program which the action of a monitor interrupts.
     pub(crate) fn begins(
         &mut self,
-        file: &str,
+        is_selected: bool,
         machine: &Machine,
         outside: usize,
         memory: &mut Memory,
@@ -471,7 +471,6 @@ impl Inspection {
             depth: outside + machine.depth(),
             is_stop: false,
         };
-        let is_selected = self.file == file;
         let reason = self.look(is_selected, statement, machine, memory, inputs);
         if let Some(reason) = reason {
             self.halt = Some(Halt { statement, reason });

@@ -9,7 +9,7 @@ pub use scol_mini::Way;
 use scol_mini::{Arm, Effect, Path, Position, Value};
 use ts3100_proto::command::Number;
 
-/// What is told of a statement besides its line.
+/// The detail of a statement that is told, besides its line.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct StatementDetail {
     /// What the statement before it in its task got: an INPUT its values, a TASK the number of the task.

@@ -23,12 +23,29 @@ use crate::lower;
 use crate::options::LanguageOptions;
 use crate::parser::{Block, parse_file};
 use crate::points::TaughtPoint;
-use crate::program::{Entry, Program, Symbols, fingerprint, hash};
+use crate::program::{Entry, Operation, Program, Step, Symbols, fingerprint, hash};
 use crate::tree::Name;
 
 pub use call::compile_call;
 pub use direct::compile_direct;
 pub(crate) use probe::{Probe, compile_probe};
+
+/// A program of one operation that shares the variables of `base`, and ends after it. Where the end costs fuel, as a statement
+/// does, a run of one statement does not come to it.
+fn single(text: &str, base: &Program, operation: Operation, end_costs: bool) -> Program {
+    let step = |operation, head| Step {
+        line: 1,
+        head,
+        operation,
+    };
+    let mut steps = Vec::from([step(operation, true), step(Operation::Return, end_costs)]);
+    Program {
+        symbols: Arc::clone(&base.symbols),
+        code: lower::code(&mut steps, &[], &base.symbols),
+        steps,
+        ..Program::without_steps(fingerprint(base.fingerprint, text, &base.options), &base.options)
+    }
+}
 
 /// The result of a compilation.
 #[derive(Debug, Clone, PartialEq)]

@@ -84,7 +84,7 @@ pub use memory::{AccessError, Memory};
 pub use options::{Arm, IntDivision, LanguageOptions};
 pub use outline::{print_channels, starts_tasks};
 pub use points::{PointsError, TaughtPoint, parse_points};
-pub use probe::{ProbeError, is_assignment};
+pub use probe::{ProbeError, split_assignment};
 pub use program::{Program, STATE_VERSION, VariableInfo};
 pub use request::{
     Answer, Channel, Fault, FaultKind, Inputs, MAX_PRINT, Motion, Path, Pause, Request, Robot,

@@ -24,12 +24,11 @@ pub enum ProbeError {
     Fault(Fault),
 }
 
-/// Whether a text gives something a value; `==`, `<=` and the like compare.
-pub fn is_assignment(text: &str) -> bool {
-    let Some((target, value)) = text.split_once('=') else {
-        return false;
-    };
-    !value.starts_with('=') && !target.ends_with(['<', '>', '!'])
+/// The target and the value of an assignment; `==`, `<=` and the like compare.
+pub fn split_assignment(text: &str) -> Option<(&str, &str)> {
+    let (target, value) = text.split_once('=')?;
+    let assigns = !value.starts_with('=') && !target.ends_with(['<', '>', '!']);
+    assigns.then(|| (target.trim(), value.trim()))
 }
 
 impl Machine {
@@ -74,7 +73,7 @@ impl Machine {
             return Err(ProbeError::Fault(fault));
         }
         self.take_arguments(machine);
-        let target = text.split('=').next().unwrap_or_default();
+        let (target, _) = split_assignment(text).unwrap_or((text, ""));
         self.value(call, target, memory, inputs)
     }
 

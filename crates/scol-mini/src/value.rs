@@ -23,6 +23,26 @@ pub enum ValueKind {
 }
 
 impl ValueKind {
+    /// All of them, in the order of the type codes.
+    pub const ALL: [ValueKind; 5] = [
+        ValueKind::Integer,
+        ValueKind::Real,
+        ValueKind::Load,
+        ValueKind::Coordinate,
+        ValueKind::Position,
+    ];
+
+    /// Its word in documents of the control interface and for debuggers.
+    pub fn word(self) -> &'static str {
+        match self {
+            ValueKind::Integer => "integer",
+            ValueKind::Real => "real",
+            ValueKind::Load => "load",
+            ValueKind::Coordinate => "coordinate",
+            ValueKind::Position => "position",
+        }
+    }
+
     /// The kind as messages name it, with its article.
     pub fn description(self) -> &'static str {
         match self {

@@ -12,7 +12,9 @@ mod timeline;
 mod variables;
 
 pub use arguments::{AttachArguments, LaunchArguments};
-pub use debuggee::{Abilities, Debuggee, Goal, Progress, Refusal, Said, Scene, Source, Stop, StopReason};
+pub use debuggee::{
+    Abilities, Debuggee, Goal, MAIN_TASK, Progress, Refusal, Said, Scene, Source, Stop, StopReason, placed,
+};
 pub use timeline::{Course, Ending, Timeline};
 
 use arguments::Request;
@@ -25,8 +27,6 @@ use variables::Container;
 
 /// Number under which the text of the program is asked for.
 const SOURCE: i64 = 1;
-/// The main program.
-const MAIN_TASK: u16 = 1;
 /// The filter of stops on alarms.
 const ALARMS: &str = "alarms";
 

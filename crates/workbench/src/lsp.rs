@@ -139,7 +139,7 @@ impl<P: Project> Server<P> {
         }
     }
 
-    /// The process without which nobody needs the server, by the number in `initialize`.
+    /// The process of the editor, by the number in `initialize`: the server ends with it.
     pub fn editor(&self) -> Option<u32> {
         self.editor
     }

@@ -188,7 +188,7 @@ impl Controller {
 
     /// Tells the hosts of stops that they did not ask for.
     fn tell_of_stops(&mut self) {
-        // What an inspection has halted is not over.
+        // A program that an inspection has halted has not stopped.
         if self.is_halted() {
             return;
         }

@@ -177,7 +177,7 @@ pub struct Task {
     look_at: Option<Time>,
     /// Its motion stays at the present height of the tool point (MP,1).
     pub(crate) keeps_height: bool,
-    /// What the last statement got from the answer to its request, until it is told with the next one.
+    /// The values that the last statement got from the answer to its request, until it is told with the next one.
     #[serde(skip)]
     received: Vec<StatementEffect>,
 }

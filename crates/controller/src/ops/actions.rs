@@ -105,7 +105,7 @@ impl Robot {
             return Err(refused(&"the program is running; stop it first"));
         }
         let text = &assignment.text;
-        if !scol_mini::is_assignment(text) {
+        if scol_mini::split_assignment(text).is_none() {
             return Err(refused(&format!("expected NAME = VALUE, found `{text}`")));
         }
         let done = self.assign(assignment);

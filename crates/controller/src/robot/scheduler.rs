@@ -354,9 +354,9 @@ impl Robot {
                 // It was tried when it was made.
                 let _ = self.assign_between(task, outside, &assignment);
             }
-            let file = String::from(self.executor.file());
+            let is_selected = inspection.file == self.executor.file();
             let (inputs, memory) = self.inputs_and_memory(self.context.now);
-            halts = inspection.begins(&file, task.machine(), outside, memory, &inputs);
+            halts = inspection.begins(is_selected, task.machine(), outside, memory, &inputs);
         }
         *self.executor.inspection_mut() = Some(inspection);
         halts

@@ -6,12 +6,11 @@
 use crate::prelude::*;
 use alloc::sync::Arc;
 
-use super::{kinds, names};
+use super::{kinds, names, single};
 use crate::diagnostic::{Diagnostic, Sink, Span};
 use crate::lexer::leading_word;
-use crate::lower;
 use crate::parser::parse_direct;
-use crate::program::{Operation, Program, Step, Symbols, fingerprint};
+use crate::program::{Operation, Program, Symbols};
 use crate::request::Request;
 use crate::tree::{Ask, Simple, Statement};
 
@@ -30,22 +29,9 @@ pub fn compile_direct(statement: &str, base: &Program) -> Result<Arc<Program>, V
             let created = names::resolve_direct(&mut parsed, &mut symbols, &mut sink);
             kinds::check_statement(&mut parsed, &symbols, &mut sink);
             if let (Statement::Simple(simple), false) = (parsed, sink.has_errors()) {
-                let step = |operation, head| Step {
-                    line: 1,
-                    head,
-                    operation,
-                };
-                let mut steps = Vec::from([
-                    step(Operation::Simple(simple), true),
-                    step(Operation::Return, false),
-                ]);
-                let fingerprint = fingerprint(base.fingerprint, statement, &base.options);
                 return Ok(Arc::new(Program {
-                    symbols: Arc::clone(&base.symbols),
-                    code: lower::code(&mut steps, &[], &base.symbols),
-                    steps,
                     created,
-                    ..Program::without_steps(fingerprint, &base.options)
+                    ..single(statement, base, Operation::Simple(simple), false)
                 }));
             }
         }

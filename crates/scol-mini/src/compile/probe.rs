@@ -2,16 +2,14 @@
 //!
 //! The result is a program of one step that shares variables with its file. Executing it is left to `crate::probe`.
 
-use crate::prelude::*;
 use alloc::sync::Arc;
 
-use super::names;
+use super::{names, single};
 use crate::MAX_DIRECT;
 use crate::diagnostic::{Diagnostic, Sink, Span};
 use crate::lexer::{self, Sign, Token};
-use crate::lower;
 use crate::parser::Cursor;
-use crate::program::{Entry, Operation, Program, Step, Symbols, fingerprint};
+use crate::program::{Entry, Operation, Program, Symbols};
 use crate::tree::{Expression, Simple, Statement};
 
 /// An expression or an assignment, compiled.
@@ -45,23 +43,11 @@ pub(crate) fn compile_probe(
     } else {
         return not_for_a_probe(text);
     };
-    let step = |operation| Step {
-        line: 1,
-        head: true,
-        operation,
-    };
-    // The second one is never executed: it would leave the call. Its cost ends the run after the first.
-    let mut steps = Vec::from([step(operation), step(Operation::Return)]);
-    let code = lower::code(&mut steps, &[], &base.symbols);
-    let probe = match steps.first().map(|step| &step.operation) {
+    // The end would leave the call.
+    let program = single(text, base, operation, true);
+    let probe = match program.steps.first().map(|step| &step.operation) {
         Some(Operation::Wait(expression)) => Probe::Value(expression.clone()),
         _ => Probe::Assignment,
-    };
-    let program = Program {
-        symbols: Arc::clone(&base.symbols),
-        code,
-        steps,
-        ..Program::without_steps(fingerprint(base.fingerprint, text, &base.options), &base.options)
     };
     Ok((Arc::new(program), probe))
 }

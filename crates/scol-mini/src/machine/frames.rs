@@ -84,16 +84,11 @@ impl Machine {
     /// The value of the parameter with this number.
     fn argument_value(&self, frame: &Frame, parameter: usize, memory: &Memory) -> Option<Value> {
         let slots = &self.program.symbols.slots;
-        match self.arguments.get(frame.arguments + parameter)? {
+        let passed = self.arguments.get(frame.arguments + parameter)?;
+        match passed {
             Argument::Place(ValuePlace::Cell { cell, .. }) => memory.value_in(slots, self.task, *cell),
-            Argument::Place(ValuePlace::Argument(at)) => match self.arguments.get(*at)? {
-                Argument::Number(number) => Some((*number).into()),
-                Argument::Vector(value) => Some(value.clone()),
-                Argument::Place(_) | Argument::Unset => None,
-            },
-            Argument::Number(number) => Some((*number).into()),
-            Argument::Vector(value) => Some(value.clone()),
-            Argument::Unset => None,
+            Argument::Place(ValuePlace::Argument(at)) => self.arguments.get(*at)?.value(),
+            Argument::Number(_) | Argument::Vector(_) | Argument::Unset => passed.value(),
         }
     }
 

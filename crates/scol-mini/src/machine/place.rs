@@ -73,11 +73,7 @@ impl Execution<'_> {
     pub fn read(&self, place: ValuePlace) -> Option<Value> {
         match place {
             ValuePlace::Cell { cell, .. } => self.memory.value(cell),
-            ValuePlace::Argument(at) => match self.machine.arguments.get(at)? {
-                Argument::Number(number) => Some((*number).into()),
-                Argument::Vector(value) => Some(value.clone()),
-                Argument::Place(_) | Argument::Unset => None,
-            },
+            ValuePlace::Argument(at) => self.machine.arguments.get(at)?.value(),
         }
     }
 
@@ -134,6 +130,15 @@ impl Machine {
 }
 
 impl Argument {
+    /// The value that was passed; `None` of a variable of the caller, and before the first assignment.
+    pub(super) fn value(&self) -> Option<Value> {
+        match self {
+            Argument::Number(number) => Some((*number).into()),
+            Argument::Vector(value) => Some(value.clone()),
+            Argument::Place(_) | Argument::Unset => None,
+        }
+    }
+
     /// An argument passed by value.
     fn from_value(value: Value) -> Self {
         value.number().map_or(Argument::Vector(value), Argument::Number)

@@ -149,7 +149,7 @@ fn after_a_request_behind_then_the_next_statement_of_the_file_is_next() {
     assert_eq!(machine.line(), 4);
 }
 
-/// What is told of each statement up to the first request or the end.
+/// The detail of each statement up to the first request or the end.
 fn told(machine: &mut Machine, memory: &mut Memory) -> Vec<(u32, Vec<Effect>)> {
     let mut all = Vec::new();
     loop {

@@ -12,6 +12,9 @@ use ts3100_controller::queries::{TaskStack, VariableView};
 use ts3100_controller::signals::Signals;
 use ts3100_controller::{Port, Time};
 
+/// The main program.
+pub const MAIN_TASK: u16 = 1;
+
 /// Why a request has no effect, in words for the person at the editor.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, thiserror::Error)]
 #[error("{0}")]
@@ -84,6 +87,31 @@ pub struct Stop {
     pub reason: StopReason,
     /// The task it concerns, 1 the main program.
     pub task: u16,
+}
+
+impl Stop {
+    /// A stop that concerns the main program, or all of it.
+    pub fn of_program(reason: StopReason) -> Stop {
+        let task = MAIN_TASK;
+        Stop { reason, task }
+    }
+}
+
+/// Puts each breakpoint at the first line with a statement from its own on, of these lines in ascending order. Returns those
+/// that have one, and for each breakpoint its line, or why it has none.
+pub fn placed(
+    breakpoints: Vec<Breakpoint>,
+    statement_lines: &[u32],
+) -> (Vec<Breakpoint>, Vec<Result<u32, Refusal>>) {
+    let mut set = Vec::new();
+    let found = breakpoints.into_iter().map(|mut breakpoint| {
+        let next = statement_lines.iter().find(|line| **line >= breakpoint.line);
+        breakpoint.line = *next.ok_or_else(|| Refusal::new("no statement follows in the file"))?;
+        set.push(breakpoint.clone());
+        Ok(breakpoint.line)
+    });
+    let found = found.collect();
+    (set, found)
 }
 
 /// How far the program has come.

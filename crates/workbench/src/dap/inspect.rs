@@ -30,10 +30,8 @@ impl<L: Launcher> Server<L> {
             }));
         }
         let total = shown.len();
-        let number = |key: &str| arguments.get(key).and_then(Value::as_u64);
-        let first = number("startFrame").map_or(0, |first| usize::try_from(first).unwrap_or(usize::MAX));
-        let most = number("levels").filter(|most| *most > 0);
-        let most = most.map_or(usize::MAX, |most| usize::try_from(most).unwrap_or(usize::MAX));
+        let first = count(arguments, "startFrame").unwrap_or(0);
+        let most = count(arguments, "levels").unwrap_or(usize::MAX);
         let shown: Vec<Value> = shown.into_iter().skip(first).take(most).collect();
         Ok(json!({ "stackFrames": shown, "totalFrames": total }))
     }
@@ -89,10 +87,8 @@ impl<L: Launcher> Server<L> {
     pub(super) fn variables(&mut self, arguments: &Value) -> Result<Value, Refusal> {
         let container = self.container(arguments)?;
         let scene = mem::take(&mut self.scene);
-        let number = |key: &str| arguments.get(key).and_then(Value::as_u64);
-        let first = number("start").map_or(0, |first| usize::try_from(first).unwrap_or(usize::MAX));
-        let most = number("count").filter(|most| *most > 0);
-        let most = most.and_then(|most| usize::try_from(most).ok());
+        let first = count(arguments, "start").unwrap_or(0);
+        let most = count(arguments, "count");
         let debuggee = self.stopped_debuggee();
         let shown = debuggee.map(|debuggee| container.shown(&scene, debuggee.as_ref(), first, most));
         self.scene = scene;
@@ -122,44 +118,43 @@ impl<L: Launcher> Server<L> {
 
     pub(super) fn set_variable(&mut self, arguments: &Value) -> Result<Value, Refusal> {
         let container = self.container(arguments)?;
-        let text = |key: &str| arguments.get(key).and_then(Value::as_str).unwrap_or_default();
-        let (name, value) = (text("name").to_owned(), text("value").to_owned());
-        let (task, call, target, kind) = container.target(&self.scene, &name)?;
-        self.assign(task, call, &variables::assignment(&target, kind, &value))
+        let (task, call, target, kind) = container.target(&self.scene, text(arguments, "name"))?;
+        let assignment = variables::assignment(&target, kind, text(arguments, "value"));
+        Ok(result_of(self.assign(task, call, &assignment)?, "value"))
     }
 
     pub(super) fn set_expression(&mut self, arguments: &Value) -> Result<Value, Refusal> {
+        let frame = self.frame(arguments)?;
+        let (target, value) = (text(arguments, "expression"), text(arguments, "value"));
+        Ok(result_of(self.give(frame, target, value)?, "value"))
+    }
+
+    pub(super) fn evaluate(&mut self, arguments: &Value) -> Result<Value, Refusal> {
         let (task, call) = self.frame(arguments)?;
-        let text = |key: &str| arguments.get(key).and_then(Value::as_str).unwrap_or_default();
-        let (target, value) = (text("expression").to_owned(), text("value").to_owned());
-        let now = self.stopped_debuggee()?.evaluate(task, call, &target);
+        let expression = text(arguments, "expression").trim();
+        let assignment = scol_mini::split_assignment(expression);
+        let variable = match assignment.filter(|_| text(arguments, "context") == "repl") {
+            Some((target, value)) => self.give((task, call), target, value)?,
+            None => {
+                let value = self.stopped_debuggee()?.evaluate(task, call, expression)?;
+                self.variable(Shown::of(value, task, call))
+            }
+        };
+        Ok(result_of(variable, "result"))
+    }
+
+    /// Gives what an expression names in a call this value.
+    fn give(&mut self, (task, call): (u16, usize), target: &str, value: &str) -> Result<Value, Refusal> {
+        let now = self.stopped_debuggee()?.evaluate(task, call, target);
         let kind = now.ok().and_then(|now| now.kind);
-        self.assign(task, call, &variables::assignment(&target, kind, &value))
+        self.assign(task, call, &variables::assignment(target, kind, value))
     }
 
     fn assign(&mut self, task: u16, call: usize, text: &str) -> Result<Value, Refusal> {
         let debuggee = self.stopped_debuggee()?;
         let value = debuggee.assign(task, call, text)?;
         self.scene = debuggee.scene()?;
-        let document = self.variable(Shown::of(value, task, call));
-        Ok(result_of(document, "value"))
-    }
-
-    pub(super) fn evaluate(&mut self, arguments: &Value) -> Result<Value, Refusal> {
-        let (task, call) = self.frame(arguments)?;
-        let text = |key: &str| arguments.get(key).and_then(Value::as_str).unwrap_or_default();
-        let (expression, context) = (text("expression").trim().to_owned(), text("context"));
-        if context == "repl" && scol_mini::is_assignment(&expression) {
-            let (target, value) = expression.split_once('=').unwrap_or((&expression, ""));
-            let now = self.stopped_debuggee()?.evaluate(task, call, target);
-            let kind = now.ok().and_then(|now| now.kind);
-            let assignment = variables::assignment(target.trim(), kind, value);
-            let assigned = self.assign(task, call, &assignment)?;
-            return Ok(result_of(assigned, "result"));
-        }
-        let value = self.stopped_debuggee()?.evaluate(task, call, &expression)?;
-        let document = self.variable(Shown::of(value, task, call));
-        Ok(result_of(document, "result"))
+        Ok(self.variable(Shown::of(value, task, call)))
     }
 
     pub(super) fn exception_info(&mut self) -> Result<Value, Refusal> {
@@ -176,23 +171,32 @@ impl<L: Launcher> Server<L> {
     }
 }
 
+/// A text among the arguments; empty where there is none.
+fn text<'a>(arguments: &'a Value, key: &str) -> &'a str {
+    arguments.get(key).and_then(Value::as_str).unwrap_or_default()
+}
+
+/// A count among the arguments; 0 counts as none.
+fn count(arguments: &Value, key: &str) -> Option<usize> {
+    let count = arguments
+        .get(key)
+        .and_then(Value::as_u64)
+        .filter(|count| *count > 0)?;
+    Some(usize::try_from(count).unwrap_or(usize::MAX))
+}
+
 /// A variable as the answer of a request that has made or found it, its value under this key.
 fn result_of(mut variable: Value, key: &str) -> Value {
-    let mut found = |name: &str| variable.get_mut(name).map(Value::take).unwrap_or_default();
-    let (value, result) = (found("value"), found("result"));
-    let value = if value.is_null() { result } else { value };
-    let (kind, reference, indexed) = (
-        found("type"),
-        found("variablesReference"),
-        found("indexedVariables"),
-    );
-    let mut result = json!({ "variablesReference": reference });
-    result[key] = value;
-    if !kind.is_null() {
-        result["type"] = kind;
-    }
-    if !indexed.is_null() {
-        result["indexedVariables"] = indexed;
+    let mut result = json!({});
+    for (from, to) in [
+        ("variablesReference", "variablesReference"),
+        ("value", key),
+        ("type", "type"),
+        ("indexedVariables", "indexedVariables"),
+    ] {
+        if let Some(found) = variable.get_mut(from) {
+            result[to] = found.take();
+        }
     }
     result
 }

@@ -4,7 +4,9 @@
 //! an inspection, which halts the copy there; the run itself stays before that step. So inspecting changes nothing, and to
 //! continue the step is taken once more with a later place to halt at. To go back, an earlier copy is played forward.
 
-use super::debuggee::{Abilities, Debuggee, Goal, Progress, Refusal, Said, Scene, Source, Stop, StopReason};
+use super::debuggee::{
+    Abilities, Debuggee, Goal, Progress, Refusal, Said, Scene, Source, Stop, StopReason, placed,
+};
 use std::mem;
 use ts3100_controller::inspection::{Assignment, Begun, Breakpoint, Halt, HaltReason, Inspection, Target};
 use ts3100_controller::queries::VariableView;
@@ -13,8 +15,6 @@ use ts3100_recording::replay::{Keyframes, Playback};
 
 /// Steps of a run between two looks at what the editor wants.
 const PORTION: usize = 512;
-/// Task whose stop is shown where no statement tells one.
-const MAIN_TASK: u16 = 1;
 
 /// A run that goes step by step. A copy goes its own way.
 pub trait Course: Clone + Send {
@@ -193,10 +193,7 @@ impl<C: Course> Timeline<C> {
         self.target = Some(Target::Statement(0));
         while self.forward() == Progress::Going {}
         let found = self.is_halted;
-        self.going = Going::Arrived(Stop {
-            reason: StopReason::Entry,
-            task: MAIN_TASK,
-        });
+        self.going = Going::Arrived(Stop::of_program(StopReason::Entry));
         found
     }
 
@@ -237,16 +234,24 @@ impl<C: Course> Timeline<C> {
         run
     }
 
-    /// Takes one step, or halts within it.
-    fn forward(&mut self) -> Progress {
-        let mut run = self.before_step(&self.base, self.steps);
-        let mut inspection = self.inspection(self.base.next, self.first, self.target);
-        inspection.breakpoints = mem::take(&mut self.breakpoints);
-        inspection.moved.clone_from(&self.moved);
-        let alarms = run.controller().alarms().active().to_vec();
+    /// A copy of a place after its next step, how it has ended, if it has, and what the inspection has found. A change
+    /// before the step that follows lets an ended run continue.
+    fn step(&self, place: &Place<C>, steps: u64, inspection: Inspection) -> (C, Option<Ending>, Inspection) {
+        let mut run = self.before_step(place, steps);
         run.inspect(inspection);
         let ending = run.step();
         let inspection = run.take_inspection().unwrap_or_default();
+        let ending = ending.filter(|_| !self.is_changed_at(steps + 1));
+        (run, ending, inspection)
+    }
+
+    /// Takes one step, or halts within it.
+    fn forward(&mut self) -> Progress {
+        let mut inspection = self.inspection(self.base.next, self.first, self.target);
+        inspection.breakpoints = mem::take(&mut self.breakpoints);
+        inspection.moved.clone_from(&self.moved);
+        let alarms = self.base.run.controller().alarms().active().to_vec();
+        let (mut run, ending, inspection) = self.step(&self.base, self.steps, inspection);
         self.breakpoints = inspection.breakpoints;
         let said = run.take_said();
         self.said.extend(said.iter().skip(self.said_of_step).cloned());
@@ -277,10 +282,7 @@ impl<C: Course> Timeline<C> {
             (Some(reason), ending) => {
                 self.stand();
                 self.going = ending.map_or(Going::Forward, Going::Over);
-                Progress::Stopped(Stop {
-                    reason,
-                    task: MAIN_TASK,
-                })
+                Progress::Stopped(Stop::of_program(reason))
             }
             (None, Some(ending)) => self.over(ending),
             (None, None) => Progress::Going,
@@ -292,10 +294,7 @@ impl<C: Course> Timeline<C> {
         let Ending { code, words, stays } = ending.clone();
         self.going = Going::Over(ending);
         if stays {
-            return Progress::Stopped(Stop {
-                reason: StopReason::End(words),
-                task: MAIN_TASK,
-            });
+            return Progress::Stopped(Stop::of_program(StopReason::End(words)));
         }
         Progress::Ended { code, words }
     }
@@ -334,7 +333,6 @@ impl<C: Course> Timeline<C> {
         let mut place = from.clone();
         let mut listed = Vec::new();
         while place.next < until {
-            place.run = self.before_step(&place, steps);
             let mut inspection = self.inspection(place.next, place.next, Some(Target::Statement(until)));
             // Which of the hits it was is not known from here.
             inspection.breakpoints = self.breakpoints.clone();
@@ -342,13 +340,12 @@ impl<C: Course> Timeline<C> {
                 breakpoint.hits = None;
             }
             inspection.listed = Some(Vec::new());
-            place.run.inspect(inspection);
-            let ending = place.run.step();
-            let inspection = place.run.take_inspection().unwrap_or_default();
+            let (run, ending, inspection) = self.step(&place, steps, inspection);
             listed.extend(inspection.listed.into_iter().flatten());
-            place.next = inspection.next;
+            let next = inspection.next;
+            place = Place { run, next };
             steps += 1;
-            if inspection.halt.is_some() || ending.is_some() && !self.is_changed_at(steps) {
+            if inspection.halt.is_some() || ending.is_some() {
                 break;
             }
         }
@@ -386,11 +383,7 @@ impl<C: Course> Timeline<C> {
     /// Goes back to a statement; without a stop it is the first of all.
     fn arrive(&mut self, number: u64, stop: Option<Stop>) -> Progress {
         self.go_to(number);
-        let first = Stop {
-            reason: StopReason::Entry,
-            task: MAIN_TASK,
-        };
-        Progress::Stopped(stop.unwrap_or(first))
+        Progress::Stopped(stop.unwrap_or(Stop::of_program(StopReason::Entry)))
     }
 
     /// Goes to a statement that has been there.
@@ -401,10 +394,8 @@ impl<C: Course> Timeline<C> {
         };
         (self.base, self.steps) = (place, steps);
         loop {
-            let mut run = self.before_step(&self.base, self.steps);
-            run.inspect(self.inspection(self.base.next, number, Some(Target::Statement(number))));
-            let ending = run.step();
-            let inspection = run.take_inspection().unwrap_or_default();
+            let inspection = self.inspection(self.base.next, number, Some(Target::Statement(number)));
+            let (mut run, ending, inspection) = self.step(&self.base, self.steps, inspection);
             let said = run.take_said().len();
             if let Some(halt) = inspection.halt {
                 self.said_of_step = said;
@@ -416,7 +407,7 @@ impl<C: Course> Timeline<C> {
                 next: inspection.next,
             };
             self.steps += 1;
-            if ending.is_some() && !self.is_changed_at(self.steps) {
+            if ending.is_some() {
                 return self.stand();
             }
         }
@@ -424,9 +415,9 @@ impl<C: Course> Timeline<C> {
 
     /// Number of open calls of a task where it has stopped.
     fn depth(&self, task: u16) -> usize {
-        let tasks = self.controller().stacks();
-        let found = tasks.iter().find(|stack| stack.id == task);
-        found.map_or(1, |stack| stack.calls.len())
+        let tasks = self.controller().tasks();
+        let found = tasks.iter().find(|found| found.id == task);
+        found.map_or(1, |found| found.calls.len())
     }
 
     /// What goes before is as it was; what was to come afterwards is forgotten.
@@ -468,19 +459,8 @@ impl<C: Course> Debuggee for Timeline<C> {
     }
 
     fn set_breakpoints(&mut self, breakpoints: Vec<Breakpoint>) -> Vec<Result<u32, Refusal>> {
-        let statements = self.controller().statement_lines();
-        let mut set = Vec::new();
-        let found = breakpoints.into_iter().map(|mut breakpoint| {
-            let next = statements.iter().find(|line| **line >= breakpoint.line);
-            let line = next
-                .copied()
-                .ok_or(Refusal::new("no statement follows in the file"))?;
-            breakpoint.line = line;
-            breakpoint.resume(&self.breakpoints);
-            set.push(breakpoint);
-            Ok(line)
-        });
-        let found = found.collect();
+        let (mut set, found) = placed(breakpoints, &self.statement_lines());
+        set.iter_mut().for_each(|set| set.resume(&self.breakpoints));
         self.breakpoints = set;
         found
     }
@@ -532,8 +512,7 @@ impl<C: Course> Debuggee for Timeline<C> {
                 Going::Over(ending) => return Ok(self.over(ending)),
                 Going::Pausing => {
                     self.stand();
-                    let (reason, task) = (StopReason::Pause, MAIN_TASK);
-                    return Ok(Progress::Stopped(Stop { reason, task }));
+                    return Ok(Progress::Stopped(Stop::of_program(StopReason::Pause)));
                 }
             }
             let progress = self.forward();
@@ -549,8 +528,7 @@ impl<C: Course> Debuggee for Timeline<C> {
             self.going = Going::Pausing;
         } else if let Going::Back(_) = self.going {
             // It has not moved yet.
-            let (reason, task) = (StopReason::Pause, MAIN_TASK);
-            self.going = Going::Arrived(Stop { reason, task });
+            self.going = Going::Arrived(Stop::of_program(StopReason::Pause));
         }
     }
 

@@ -1,15 +1,12 @@
 //! What is shown of a program that has stopped: scopes, variables, elements of arrays, parts of positions.
 
 use super::debuggee::{Debuggee, Refusal, Scene};
-use scol_mini::ValueKind;
+use scol_mini::{Arm, ValueKind};
 use ts3100_controller::queries::VariableView;
 use ts3100_proto::escape::Escaped;
 
 /// Elements of one dimension that are shown where the editor does not say how many it wants.
 const MAX_SHOWN: usize = 100;
-/// Parts of a position on a SCARA, and on six axes with two more.
-const SCARA_PARTS: [&str; 5] = ["X", "Y", "Z", "C", "T"];
-const SIX_AXIS_PARTS: [&str; 8] = ["X", "Y", "Z", "A", "B", "C", "U", "V"];
 
 /// Something that can be opened.
 #[derive(Debug, Clone, PartialEq)]
@@ -89,7 +86,7 @@ impl Shown {
             None
         };
         Shown {
-            kind: view.kind.map(kind_name),
+            kind: view.kind.map(ValueKind::word),
             expression: Some(view.name.clone()),
             name: view.name,
             value,
@@ -124,16 +121,6 @@ fn shown_value(view: &VariableView) -> String {
     match view.kind.and_then(function) {
         Some(function) => format!("{function}({numbers})"),
         None => numbers,
-    }
-}
-
-fn kind_name(kind: ValueKind) -> &'static str {
-    match kind {
-        ValueKind::Integer => "integer",
-        ValueKind::Real => "real",
-        ValueKind::Load => "load",
-        ValueKind::Coordinate => "coordinate",
-        ValueKind::Position => "position",
     }
 }
 
@@ -333,13 +320,10 @@ fn element(
     }
 }
 
-/// The coordinates among the numbers of a position, with their names; the configuration follows them.
-fn parts(numbers: &[String]) -> impl Iterator<Item = (&'static str, String)> {
-    let names = match numbers.len() {
-        0..=6 => SCARA_PARTS.as_slice(),
-        _ => SIX_AXIS_PARTS.as_slice(),
-    };
-    let coordinates = numbers.len().saturating_sub(1);
-    let numbers: Vec<String> = numbers.iter().take(coordinates).cloned().collect();
-    names.iter().copied().zip(numbers)
+/// The coordinates among the numbers of a position, with their letters; the configuration follows them.
+fn parts(numbers: &[String]) -> impl Iterator<Item = (char, String)> {
+    let has_coordinates = |arm: &Arm| arm.coordinates().len() + 1 == numbers.len();
+    let arm = [Arm::Scara, Arm::SixAxis].into_iter().find(has_coordinates);
+    let letters = arm.map_or("", Arm::coordinates).chars();
+    letters.zip(numbers.to_vec())
 }

@@ -23,6 +23,7 @@ use ts3100_proto::words::Word as _;
 use ts3100_recording::uri::percent_encoded;
 use ts3100_workbench::dap::{
     Abilities, AttachArguments, Debuggee, Goal, Progress, Refusal, Said, Scene, Source, Stop, StopReason,
+    placed,
 };
 
 /// Time between two looks at the status.
@@ -34,7 +35,6 @@ const LONGEST_STREAM: Duration = Duration::from_secs(1);
 /// Status of a program at its first step.
 const RESET: &str = "stop (reset)";
 const RUNNING: &str = "running";
-const MAIN_TASK: u16 = 1;
 
 /// A robot of a running emulator.
 pub(super) struct Attached {
@@ -257,16 +257,7 @@ fn follow(events: Body, teller: &Sender<Told>) {
 
 impl From<Variable> for VariableView {
     fn from(variable: Variable) -> VariableView {
-        let kind = |word: &str| {
-            Some(match word {
-                "integer" => ValueKind::Integer,
-                "real" => ValueKind::Real,
-                "load" => ValueKind::Load,
-                "coordinate" => ValueKind::Coordinate,
-                "position" => ValueKind::Position,
-                _ => return None,
-            })
-        };
+        let kind = |word: &str| ValueKind::ALL.into_iter().find(|kind| kind.word() == word);
         VariableView {
             kind: variable.kind.as_deref().and_then(kind),
             name: variable.name,
@@ -414,8 +405,7 @@ impl Attached {
                 RESET => end(),
                 _ => StopReason::Pause,
             };
-            let task = MAIN_TASK;
-            return Ok(Stop { reason, task });
+            return Ok(Stop::of_program(reason));
         };
         let reason = match stopped.reason.as_str() {
             "breakpoint" => match stopped.fault {
@@ -474,16 +464,11 @@ impl Debuggee for Attached {
     fn set_breakpoints(&mut self, breakpoints: Vec<Breakpoint>) -> Vec<Result<u32, Refusal>> {
         // A file that was downloaded since has other lines.
         let read = self.read_source(self.source.name.clone());
-        let mut set = Vec::new();
-        let found = breakpoints.into_iter().map(|mut breakpoint| {
-            read.clone()?;
-            let next = self.statement_lines.iter().find(|line| **line >= breakpoint.line);
-            breakpoint.line = *next.ok_or_else(|| Refusal::new("no statement follows in the file"))?;
-            let line = breakpoint.line;
-            set.push(breakpoint);
-            Ok(line)
-        });
-        let found: Vec<Result<u32, Refusal>> = found.collect();
+        let count = breakpoints.len();
+        let (set, found) = match &read {
+            Ok(()) => placed(breakpoints, &self.statement_lines),
+            Err(reason) => (Vec::new(), vec![Err(reason.clone()); count]),
+        };
         self.breakpoints = set;
         match self.put_breakpoints() {
             Ok(()) => found,

@@ -7,6 +7,7 @@ use super::super::output;
 use crate::headless::{RunEnd, RunEvent, RunReport};
 use crate::printed_lines::PrintedLines;
 use crate::profile::{Profile, TaskProfile};
+use scol_mini::Arm;
 use serde_json::{Map, Value, json};
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
@@ -220,11 +221,11 @@ impl RunPrinter {
         let (_, words) = describe_end(&report.end);
         let mut out = format!("after {:.3} s: {words}\n", report.duration.as_secs_f64());
         let world = report.arm.world_values();
-        let names: &[&str] = match world.len() {
-            SCARA_COORDINATES => &["X", "Y", "Z", "C", "T"],
-            _ => &["X", "Y", "Z", "A", "B", "C", "U", "V"],
+        let arm = match world.len() {
+            SCARA_COORDINATES => Arm::Scara,
+            _ => Arm::SixAxis,
         };
-        let world = names.iter().zip(&world);
+        let world = arm.coordinates().chars().zip(&world);
         let world = joined(world.map(|(name, value)| format!("{name} {}", three_decimals(*value))));
         out += &format!("position {world}, configuration {}\n", configuration(report));
         let joints = report.arm.joint_values();
