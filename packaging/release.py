@@ -46,7 +46,7 @@ TEXTS = ["README.md", "CHANGELOG.md", "LICENSE-APACHE", "LICENSE-MIT"]
 ROOTS = 0
 # What the profile `dist` has for speed, and its level in a package.
 FOR_SIZE = {"scol-mini": "s", "ts3100-controller": "z", "ts3100-proto": "z", "ts3100-driver": "z", "tokio": "z", "mio": "z", "bytes": "z",
-            "ts3100-control": "z", "ts3100-emulator": "z", "ts3100-recording": "z"}
+            "ts3100-control": "z", "ts3100-recording": "z"}
 
 
 def run(*command, cwd=ROOT, **variables):
