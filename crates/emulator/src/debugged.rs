@@ -35,7 +35,7 @@ impl ProgramRun {
                     false => text,
                 })
             }
-            KeptEvent::Refused { reason } => Some(format!("warning: {reason}\n")),
+            KeptEvent::Refused { reason, .. } => Some(format!("warning: {reason}\n")),
             KeptEvent::Statement { .. } => None,
         }
     }

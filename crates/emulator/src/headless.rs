@@ -96,6 +96,8 @@ pub enum RunEvent<'a> {
     },
     /// An action of the scenario had no effect.
     Refused {
+        /// Line of the action in the file of the scenario, from 1; 0 without a file.
+        line: usize,
         /// The action and why: `cannot turn the servo on: the emergency stop is pressed`.
         reason: &'a str,
     },
@@ -270,6 +272,7 @@ pub(crate) enum KeptEvent {
         detail: Box<StatementDetail>,
     },
     Refused {
+        line: usize,
         reason: String,
     },
 }
@@ -283,7 +286,7 @@ impl KeptEvent {
                 task: *task,
                 detail,
             },
-            KeptEvent::Refused { reason } => RunEvent::Refused { reason },
+            KeptEvent::Refused { line, reason } => RunEvent::Refused { line: *line, reason },
         }
     }
 }
@@ -293,6 +296,7 @@ impl KeptEvent {
 struct Outcome {
     /// Since they were taken last, with the time since the start.
     events: Vec<(Duration, KeptEvent)>,
+    play: Option<Play>,
     started_at: Time,
     /// Statements are reported.
     trace: bool,
@@ -307,6 +311,14 @@ struct Outcome {
     refusal: Option<String>,
     executed: StatementCoverage,
     profile: Option<Profile>,
+}
+
+impl Outcome {
+    /// An action of the scenario, the one under way, had no effect.
+    fn add_refused(&mut self, at: Duration, reason: String) {
+        let line = self.play.as_ref().and_then(Play::acting_line).unwrap_or_default();
+        self.events.push((at, KeptEvent::Refused { line, reason }));
+    }
 }
 
 impl Effects for Outcome {
@@ -351,12 +363,11 @@ impl Effects for Outcome {
                 if self.starting {
                     self.refusal = Some(reason);
                 } else {
-                    add(KeptEvent::Refused { reason });
+                    self.add_refused(at, reason);
                 }
             }
             Output::Event(Event::ActionRefused(error)) => {
-                let reason = error.to_string();
-                add(KeptEvent::Refused { reason });
+                self.add_refused(at, error.to_string());
             }
             Output::Event(_)
             | Output::Send { .. }
@@ -376,7 +387,6 @@ impl Effects for Outcome {
 pub(crate) struct HeadlessRun {
     seat: Seat,
     records: BTreeMap<String, VecDeque<Vec<u8>>>,
-    play: Option<Play>,
     /// Channels for which `--input` was given, also with an empty file.
     channels_with_records: Vec<String>,
     outcome: Outcome,
@@ -392,13 +402,15 @@ impl Clone for HeadlessRun {
     /// A run of its own from the same moment on: its scenario too.
     fn clone(&self) -> HeadlessRun {
         let mut seat = self.seat.clone();
-        let play = self.play.as_ref().map(|play| play.fork(&mut seat));
+        let play = self.outcome.play.as_ref().map(|play| play.fork(&mut seat));
         HeadlessRun {
             seat,
             records: self.records.clone(),
-            play,
             channels_with_records: self.channels_with_records.clone(),
-            outcome: self.outcome.clone(),
+            outcome: Outcome {
+                play,
+                ..self.outcome.clone()
+            },
             started: self.started,
             is_woken: self.is_woken,
             limit: self.limit,
@@ -419,9 +431,9 @@ impl HeadlessRun {
             seat: Seat::new(Controller::new(config, Vec::new())?),
             channels_with_records: job.records.keys().cloned().collect(),
             records: job.records,
-            play: job.scenario.map(Play::new),
             outcome: Outcome {
                 events: Vec::new(),
+                play: job.scenario.map(Play::new),
                 started_at: Time::ZERO,
                 trace: job.trace,
                 alarm: None,
@@ -460,7 +472,7 @@ impl HeadlessRun {
         let started_at = self.outcome.started_at;
         if !self.started {
             self.started = true;
-            if let Some(play) = &self.play {
+            if let Some(play) = &self.outcome.play {
                 play.start(&mut self.seat);
                 // What is planned for the start comes before START.
                 self.feed(started_at, Input::Tick);
@@ -561,7 +573,7 @@ impl HeadlessRun {
         if self.seat.controller.program_runs() {
             return None;
         }
-        let planned = self.play.as_ref().and_then(ActionSource::deadline);
+        let planned = self.outcome.play.as_ref().and_then(ActionSource::deadline);
         if planned.is_some() && !self.outcome.ended {
             return None;
         }
@@ -625,7 +637,10 @@ impl HeadlessRun {
             arm: self.seat.controller.arm_pose(),
             outputs: self.seat.controller.outputs_on(),
             unused: unused.filter(|(_, rest)| *rest > 0).collect(),
-            scenario: self.play.map(|play| play.outcome(self.seat.controller.now())),
+            scenario: self
+                .outcome
+                .play
+                .map(|play| play.outcome(self.seat.controller.now())),
             executed: self.outcome.executed,
             profile: self.outcome.profile,
             controller: Box::new(self.seat.controller),

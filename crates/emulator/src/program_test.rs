@@ -15,7 +15,7 @@ use ts3100_driver::pc_file::drive_content;
 use ts3100_proto::name::NameError;
 use ts3100_proto::status::pr::three_decimals;
 use ts3100_proto::words::did_you_mean;
-use ts3100_recording::program_test::{Place, Placed, ProgramTest, TOLERANCE, TestPosition, Then};
+use ts3100_recording::program_test::{LIMIT, Place, Placed, ProgramTest, TOLERANCE, TestPosition, Then};
 use ts3100_recording::scenario::Verdict;
 
 /// Statements before the end that a result keeps.
@@ -117,7 +117,7 @@ pub fn run(subject: &Subject, test: &ProgramTest, interrupted: &AtomicBool) -> R
         check_call(subject, call)?;
     }
     let records = test.records.iter().map(|(channel, records)| {
-        let records = records.iter().map(|record| record.clone().into_bytes());
+        let records = records.value.iter().map(|record| record.clone().into_bytes());
         (channel.clone(), records.collect())
     });
     let job = RunRequest {
@@ -132,7 +132,7 @@ pub fn run(subject: &Subject, test: &ProgramTest, interrupted: &AtomicBool) -> R
         profile: false,
         record_lines: false,
         time: TimeMode::Auto,
-        max_time: test.limit,
+        max_time: test.limit.as_ref().map_or(LIMIT, |limit| limit.value),
     };
     let mut seen = Seen {
         place: test.place,
@@ -194,9 +194,9 @@ impl Seen {
                 let effects = detail.effects.iter().map(ToString::to_string).collect();
                 self.statements.push_back(Executed { at, line, effects });
             }
-            RunEvent::Refused { reason } => {
+            RunEvent::Refused { line, reason } => {
                 let at = three_decimals(at.as_secs_f64());
-                self.fail(self.place, format!("at {at} s: {reason}"));
+                self.fail_at_line(line, format!("at {at} s: {reason}"));
             }
         }
     }
@@ -215,6 +215,15 @@ impl Seen {
 
     fn fail(&mut self, place: Place, message: String) {
         self.failures.push(Failure { place, message });
+    }
+
+    /// A line of an action or expectation; 0 stands for what has none.
+    fn fail_at_line(&mut self, line: usize, message: String) {
+        let place = match line {
+            0 => self.place,
+            line => Place { line, column: 1 },
+        };
+        self.fail(place, message);
     }
 
     fn result(mut self, duration: Duration) -> TestResult {
@@ -266,14 +275,11 @@ fn judge(test: &ProgramTest, report: &RunReport, seen: &mut Seen) {
     judge_position(then, report, seen);
     let entries = report.scenario.iter().flat_map(|outcome| &outcome.entries);
     for entry in entries {
-        if let Verdict::Failed(reason) = &entry.verdict {
-            let line = if entry.line == 0 {
-                test.place.line
-            } else {
-                entry.line
-            };
-            seen.fail(Place { line, column: 1 }, format!("{}: {reason}", entry.name));
-        }
+        let reason = match &entry.verdict {
+            Verdict::Failed(reason) => reason.clone(),
+            Verdict::Held | Verdict::Undone(_) | Verdict::Skipped(_) => continue,
+        };
+        seen.fail_at_line(entry.line, format!("{}: {reason}", entry.name));
     }
 }
 
@@ -285,7 +291,8 @@ fn judge_end(test: &ProgramTest, report: &RunReport, seen: &mut Seen) {
         (None, None) => "end",
     };
     let place = then.ending.as_ref().or(then.alarm.as_ref());
-    let place = place.map_or(test.place, |placed| placed.place);
+    let place = place.map(|placed| placed.place);
+    let place = place.or(cause(test, &report.end)).unwrap_or(test.place);
     let line = seen.statements.back().map(|last| last.line);
     let line = line.filter(|_| matches!(report.end, RunEnd::Alarm { .. }));
     let line = line.map_or_else(String::new, |line| format!(" at line {line}"));
@@ -298,6 +305,20 @@ fn judge_end(test: &ProgramTest, report: &RunReport, seen: &mut Seen) {
         ),
         (end, None) if end.word() == expected => {}
         (_, None) => seen.fail(place, format!("ending: expected {expected}, found: {found}")),
+    }
+}
+
+/// The key that the end comes from.
+fn cause(test: &ProgramTest, end: &RunEnd) -> Option<Place> {
+    match end {
+        RunEnd::TimeUp { .. } => test.limit.as_ref().map(|limit| limit.place),
+        RunEnd::OutOfInput { channel, .. } => test.records.get(*channel).map(|records| records.place),
+        RunEnd::End
+        | RunEnd::Stopped { .. }
+        | RunEnd::NoInput { .. }
+        | RunEnd::PowerOff
+        | RunEnd::Alarm { .. }
+        | RunEnd::Blocked { .. } => None,
     }
 }
 

@@ -26,11 +26,18 @@ pub const TOLERANCE: f64 = 0.01;
 pub const LIMIT: Duration = Duration::from_secs(600);
 
 /// A place in the file, each from 1.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Place {
     pub line: usize,
     /// In characters.
     pub column: usize,
+}
+
+impl Default for Place {
+    /// The start of the file.
+    fn default() -> Place {
+        Place { line: 1, column: 1 }
+    }
 }
 
 /// A value and where it is written.
@@ -45,14 +52,14 @@ pub struct Placed<T> {
 pub struct TestFile {
     /// The file.
     pub path: PathBuf,
-    /// The program that it tests.
-    pub program: PathBuf,
+    /// The program that it tests; without its key at the start of the file.
+    pub program: Placed<PathBuf>,
     /// The arm, as `--model` names it.
-    pub model: Option<String>,
+    pub model: Option<Placed<String>>,
     /// Points taught on the controller.
-    pub points: Option<PathBuf>,
+    pub points: Option<Placed<PathBuf>>,
     /// Named options, `KEY=VALUE`.
-    pub options: Vec<String>,
+    pub options: Vec<Placed<String>>,
     pub tests: Vec<ProgramTest>,
 }
 
@@ -64,11 +71,11 @@ pub struct ProgramTest {
     /// What is called instead of the main program.
     pub call: Option<Placed<String>>,
     /// Records for INPUT by channel.
-    pub records: BTreeMap<String, Vec<String>>,
+    pub records: BTreeMap<String, Placed<Vec<String>>>,
     /// What happens: variables and input lines at the start, then what is planned.
     pub scenario: Scenario,
-    /// Longest run in virtual time.
-    pub limit: Duration,
+    /// Longest run in virtual time; otherwise [`LIMIT`].
+    pub limit: Option<Placed<Duration>>,
     pub then: Then,
 }
 

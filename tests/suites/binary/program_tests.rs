@@ -122,6 +122,78 @@ what = \"output 8 on\"
     assert_eq!(test["lastStatements"].as_array().unwrap().len(), 5);
 }
 
+/// A failure is said of the line of its key, not of its test.
+#[test]
+fn a_failure_points_at_its_key() {
+    let tests = "\
+[[test]]
+name = \"wrong\"
+given.inputs = [5]
+at = [\"1 ms: input 6 on\",
+  \"2 ms: variable NONE 3\"]
+[test.given.variables]
+COUNT = 1
+CONT = 2
+[[test.do]]
+at = \"3 ms\"
+actions = [
+  \"input 7 on\",
+  \"file erase NONE\",
+]
+
+[[test]]
+name = \"waits\"
+call = \"READS()\"
+given.records.ip1 = []
+
+[[test]]
+name = \"long\"
+call = \"LASTS()\"
+limit = \"1 s\"
+";
+    let (directory, file) = folder(tests);
+    let reads = "PROGRAM READS\nINPUT IP1, N\nEND\nPROGRAM LASTS\nDELAY 5\nEND\nDATA\n";
+    directory.file("pallet.scol", PALLET.replace("DATA\n", reads));
+    let text = stdout(&run(&["test", &file]));
+    for line in [
+        "pallet.test.toml:5: at 0.002 s: ",
+        "pallet.test.toml:8: at 0.000 s: ",
+        "pallet.test.toml:13: at 0.003 s: ",
+        "pallet.test.toml:19: ending: expected end, found",
+        "pallet.test.toml:24: ending: expected end, found",
+    ] {
+        assert!(text.contains(line), "{line}\n{text}");
+    }
+    assert_eq!(text.matches("pallet.test.toml:").count(), 8, "{text}");
+}
+
+/// A key of the whole file that is wrong is named with its line.
+#[test]
+fn a_file_that_cannot_be_tested_names_its_key() {
+    let test = "[[test]]\nname = \"x\"\n";
+    for (keys, place) in [
+        ("\nprogram = \"none.scol\"\n", ":2:11: cannot read the program "),
+        ("", ":1:1: cannot read the program "),
+        ("program = \"pallet.scol\"\nmodel = \"none\"\n", ":2:9: "),
+        (
+            "program = \"pallet.scol\"\noptions = [\"io.field_bus=present\",\n\"nothing=1\"]\n",
+            ":3:1: ",
+        ),
+        ("program = \"pallet.scol\"\npoints = \"none.csv\"\n", ":2:10: "),
+    ] {
+        let directory = TempDir::new("program-tests");
+        directory.file("pallet.scol", PALLET);
+        let file = directory.file("other.test.toml", format!("{keys}{test}"));
+        let output = run(&["test", &file]);
+        expect_code(&output, 2);
+        let text = stderr(&output);
+        assert!(
+            text.contains(&format!("other.test.toml{place}")),
+            "{place}\n{text}"
+        );
+    }
+}
+
 #[test]
 fn an_alarm_is_expected_by_its_number() {
     let number = |name: &str, call: &str, alarm: &str| {

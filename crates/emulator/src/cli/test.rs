@@ -19,9 +19,10 @@ use scol_mini::Severity;
 use show::{FileOutcome, TestOutcome, TestPrinter};
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
+use ts3100_controller::Config;
 use ts3100_driver::files;
 use ts3100_driver::pc_file::drive_name;
-use ts3100_recording::program_test::{ENDING, TestFile};
+use ts3100_recording::program_test::{ENDING, Place, TestFile};
 
 /// Run tests of SCOL programs.
 ///
@@ -66,9 +67,8 @@ impl TestArgs {
         sources.retain(|path| !path.is_dir());
         for path in self.found().into_iter().flatten() {
             if let Ok(file) = TestFile::read(&path) {
-                let points = file.points.clone().or_else(|| points_beside(&file.program));
-                sources.extend(points);
-                sources.push(file.program);
+                sources.extend(points(&file));
+                sources.push(file.program.value);
             }
             sources.push(path);
         }
@@ -160,7 +160,7 @@ fn run_file(
             Ok(result) => printer.add(&mut outcome, TestOutcome::new(test, result))?,
             Err(TestError::Run(RunError::Interrupted)) => return Ok(()),
             Err(TestError::Call { place, reason }) => {
-                bail!("{}:{}:{}: {reason}", path.display(), place.line, place.column)
+                bail!("{}: {reason}", placed(&file, place))
             }
             Err(TestError::Run(error)) => bail!("{}: {error}", path.display()),
         }
@@ -169,15 +169,49 @@ fn run_file(
     Ok(())
 }
 
+/// The table of points: the one that is named, or that of the folder of the program.
+fn points(file: &TestFile) -> Option<PathBuf> {
+    let named = file.points.as_ref().map(|points| points.value.clone());
+    named.or_else(|| points_beside(&file.program.value))
+}
+
+/// The controller of a file, or the key that it cannot be made with.
+fn config(file: &TestFile) -> anyhow::Result<Config> {
+    let model = file.model.as_ref().map(|model| model.value.as_str());
+    let options: Vec<String> = file.options.iter().map(|option| option.value.clone()).collect();
+    of_run(model, &options, points(file)).with_context(|| {
+        // The first key that is wrong by itself or with those before it.
+        let fails = |count| of_run(model, options.get(..count).unwrap_or_default(), None).is_err();
+        let options = (1..=options.len()).find(|count| fails(*count));
+        let options = options.and_then(|count| file.options.get(count - 1));
+        let place = match (&file.model, options) {
+            (Some(model), _) if fails(0) => model.place,
+            (_, Some(option)) => option.place,
+            (_, None) => file
+                .points
+                .as_ref()
+                .map_or_else(Place::default, |points| points.place),
+        };
+        placed(file, place)
+    })
+}
+
+/// A place in a file of tests, as messages begin.
+fn placed(file: &TestFile, place: Place) -> String {
+    format!("{}:{}:{}", file.path.display(), place.line, place.column)
+}
+
 /// The program under test, which must compile.
 fn subject(file: &TestFile) -> anyhow::Result<Subject> {
-    let points = file.points.clone().or_else(|| points_beside(&file.program));
-    let config = of_run(file.model.as_deref(), &file.options, points)
-        .with_context(|| file.path.display().to_string())?;
-    let shown = file.program.display();
-    let source = read_program(&file.program).with_context(|| format!("cannot read {shown}"))?;
+    let config = config(file)?;
+    let program = &file.program.value;
+    let shown = program.display();
+    let source = read_program(program).with_context(|| {
+        let place = placed(file, file.program.place);
+        format!("{place}: cannot read the program {shown}")
+    })?;
     let compilation = config.compile(&source);
-    let Some(program) = compilation.program else {
+    let Some(compiled) = compilation.program else {
         let errors = compilation.diagnostics.iter();
         let errors = errors.filter(|found| found.severity == Severity::Error);
         let errors: Vec<String> = errors
@@ -186,9 +220,9 @@ fn subject(file: &TestFile) -> anyhow::Result<Subject> {
         bail!("{shown} has errors\n{}", errors.join("\n"));
     };
     Ok(Subject {
-        name: drive_name(&file.program).unwrap_or_else(|_| "MAIN".to_owned()),
+        name: drive_name(program).unwrap_or_else(|_| "MAIN".to_owned()),
         source,
         config,
-        program,
+        program: compiled,
     })
 }

@@ -1,7 +1,7 @@
 //! Reads a file of tests (TOML): unknown keys are errors, and every message names line and column.
 
 use super::keys::{ENDINGS, TABLES};
-use super::{ENDING, LIMIT, MAX_BYTES, MAX_TESTS, Place, Placed, ProgramTest, TestFile, TestPosition, Then};
+use super::{ENDING, MAX_BYTES, MAX_TESTS, Place, Placed, ProgramTest, TestFile, TestPosition, Then};
 use crate::scenario::read::{
     ReadResult, Value, action, array, check_keys, duration, entries, entries_of, expected, missing, string,
     sub_table, whole, wrong_words,
@@ -70,11 +70,8 @@ struct Reader<'a> {
 impl Reader<'_> {
     fn file(&self, table: &DeTable<'_>) -> ReadResult<TestFile> {
         check_keys(&TABLES, "", table)?;
-        let beside = |name: String| self.path.with_file_name(name);
-        let program = match table.get("program") {
-            Some(value) => beside(string(value)?),
-            None => self.program(),
-        };
+        let beside = |value: &Value<'_>| self.placed(value, self.path.with_file_name(string(value)?));
+        let program = table.get("program").map(beside).transpose()?;
         let mut tests = Vec::new();
         let mut names = BTreeSet::new();
         for (span, entry) in entries(&TABLES, "test", table)? {
@@ -97,25 +94,29 @@ impl Reader<'_> {
             let reason = format!("expected at most {MAX_TESTS} tests, found {}", tests.len());
             return Err(TableError(0..0, reason));
         }
-        let options = table.get("options").map(texts).transpose()?;
+        let text = |value| self.placed(value, string(value)?);
+        let options = table.get("options").map(array).transpose()?.unwrap_or_default();
         Ok(TestFile {
             path: self.path.to_path_buf(),
-            program,
-            model: table.get("model").map(string).transpose()?,
-            points: table.get("points").map(string).transpose()?.map(beside),
-            options: options.unwrap_or_default(),
+            program: program.unwrap_or_else(|| self.program()),
+            model: table.get("model").map(text).transpose()?,
+            points: table.get("points").map(beside).transpose()?,
+            options: options.iter().map(text).collect::<ReadResult<_>>()?,
             tests,
         })
     }
 
     /// The program of the same name.
-    fn program(&self) -> PathBuf {
+    fn program(&self) -> Placed<PathBuf> {
         let name = self.path.file_name().unwrap_or_default().to_string_lossy();
         let stem = name
             .strip_suffix(ENDING)
             .or(name.strip_suffix(".toml"))
             .unwrap_or(&name);
-        self.path.with_file_name(format!("{stem}.scol"))
+        Placed {
+            place: Place::default(),
+            value: self.path.with_file_name(format!("{stem}.scol")),
+        }
     }
 
     fn test(&self, span: Range<usize>, table: &DeTable<'_>) -> ReadResult<ProgramTest> {
@@ -130,43 +131,69 @@ impl Reader<'_> {
         };
         let mut records = BTreeMap::new();
         if let Some(given) = table.get("given") {
-            (scenario.start, records) = given_state(sub_table(&TABLES, "test.given", given)?)?;
+            (scenario.start, records) = self.given(sub_table(&TABLES, "test.given", given)?)?;
         }
         if let Some(list) = table.get("at") {
             for value in array(list)? {
                 let step = Step::parse(&string(value)?).map_err(|error| wrong_words(value, error))?;
                 let line = line_of(self.text, value.span().start);
-                scenario.steps.push(Step { line, ..step });
+                let actions = step.actions.into_iter();
+                let actions = actions.map(|action| action.at_line(line)).collect();
+                scenario.steps.push(Step {
+                    line,
+                    actions,
+                    ..step
+                });
             }
         }
         entries_of(self.text, table, &mut scenario)?;
         let then = table.get("then");
         let then = then.map(|then| self.then(sub_table(&TABLES, "test.then", then)?));
         let call = table.get("call").map(|value| self.placed(value, string(value)?));
+        let limit = table
+            .get("limit")
+            .map(|value| self.placed(value, duration(value)?));
         Ok(ProgramTest {
             name,
             place: place(self.text, span.start),
             call: call.transpose()?,
             records,
             scenario,
-            limit: table.get("limit").map_or(Ok(LIMIT), duration)?,
+            limit: limit.transpose()?,
             then: then.transpose()?.unwrap_or_default(),
         })
+    }
+
+    /// The state before the start, and the records by channel.
+    fn given(&self, table: &DeTable<'_>) -> ReadResult<(Start, BTreeMap<String, Placed<Vec<String>>>)> {
+        let mut start = Start::default();
+        let mut add = |value, words: &str| -> ReadResult<()> {
+            start.actions.push(action(self.text, value, words)?);
+            Ok(())
+        };
+        for value in table.get("inputs").map(array).transpose()?.unwrap_or_default() {
+            add(value, &format!("input {} on", whole(value)?))?;
+        }
+        if let Some(value) = table.get("variables") {
+            for (name, value) in variables(value)? {
+                add(value, &format!("variable {name} {}", numbers(value)?.join(" ")))?;
+            }
+        }
+        let records = table.get("records");
+        let records = records.map(|value| self.channels("test.given.records", value));
+        Ok((start, records.transpose()?.unwrap_or_default()))
     }
 
     fn then(&self, table: &DeTable<'_>) -> ReadResult<Then> {
         let mut then = Then::default();
         if let Some(value) = table.get("printed") {
-            for (channel, value) in sub_table(&TABLES, "test.then.printed", value)? {
-                let lines = self.placed(value, texts(value)?)?;
-                then.printed.insert(channel.get_ref().to_ascii_uppercase(), lines);
-            }
+            then.printed = self.channels("test.then.printed", value)?;
         }
         for (key, on) in [("outputs-on", true), ("outputs-off", false)] {
             for value in table.get(key).map(array).transpose()?.unwrap_or_default() {
                 let line = whole(value)?;
                 // What is no line is said as in an action.
-                action(value, &format!("output {line} on"))?;
+                action(self.text, value, &format!("output {line} on"))?;
                 let line = u16::try_from(line).map_err(|error| wrong_words(value, error))?;
                 then.outputs.push(self.placed(value, (line, on))?);
             }
@@ -200,7 +227,7 @@ impl Reader<'_> {
         }
         if let Some(value) = table.get("alarm") {
             let alarm = string(value)?;
-            action(value, &format!("alarms raise {alarm}"))?;
+            action(self.text, value, &format!("alarms raise {alarm}"))?;
             then.alarm = Some(self.placed(value, alarm)?);
         }
         if let Some(value) = table.get("within") {
@@ -221,35 +248,22 @@ impl Reader<'_> {
         Ok(then)
     }
 
+    /// Lists of texts by channel.
+    fn channels(&self, name: &str, value: &Value<'_>) -> ReadResult<BTreeMap<String, Placed<Vec<String>>>> {
+        let table = sub_table(&TABLES, name, value)?.iter();
+        let lists = table.map(|(channel, value)| {
+            let lines = self.placed(value, texts(value)?)?;
+            Ok((channel.get_ref().to_ascii_uppercase(), lines))
+        });
+        lists.collect()
+    }
+
     fn placed<T>(&self, value: &Value<'_>, content: T) -> ReadResult<Placed<T>> {
         Ok(Placed {
             place: place(self.text, value.span().start),
             value: content,
         })
     }
-}
-
-/// The state before the start, and the records by channel.
-fn given_state(table: &DeTable<'_>) -> ReadResult<(Start, BTreeMap<String, Vec<String>>)> {
-    let mut start = Start::default();
-    for value in table.get("inputs").map(array).transpose()?.unwrap_or_default() {
-        start
-            .actions
-            .push(action(value, &format!("input {} on", whole(value)?))?);
-    }
-    if let Some(value) = table.get("variables") {
-        for (name, value) in variables(value)? {
-            let words = format!("variable {name} {}", numbers(value)?.join(" "));
-            start.actions.push(action(value, &words)?);
-        }
-    }
-    let mut records = BTreeMap::new();
-    if let Some(value) = table.get("records") {
-        for (channel, value) in sub_table(&TABLES, "test.given.records", value)? {
-            records.insert(channel.get_ref().to_ascii_uppercase(), texts(value)?);
-        }
-    }
-    Ok((start, records))
 }
 
 fn texts(value: &Value<'_>) -> ReadResult<Vec<String>> {
@@ -301,7 +315,6 @@ fn number(value: &Value<'_>) -> ReadResult<String> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::program_test::LIMIT;
     use crate::scenario::keys::KeyValue;
 
     fn read(text: &str) -> Result<TestFile, String> {
@@ -366,15 +379,17 @@ mod tests {
     #[test]
     fn a_test_without_more_has_defaults() {
         let file = read("[[test]]\nname = \"x\"\n").unwrap();
-        assert_eq!(file.program, Path::new("cell/pick.scol"));
+        assert_eq!(file.program.value, Path::new("cell/pick.scol"));
         let test = &file.tests[0];
         assert_eq!(
-            (test.limit, &test.then, &test.call),
-            (LIMIT, &Then::default(), &None)
+            (&test.limit, &test.then, &test.call),
+            (&None, &Then::default(), &None)
         );
         let named = read("program = \"a.scol\"\npoints = \"p.csv\"\n[[test]]\nname = \"x\"\n").unwrap();
-        assert_eq!(named.program, Path::new("cell/a.scol"));
-        assert_eq!(named.points, Some("cell/p.csv".into()));
+        assert_eq!(named.program.value, Path::new("cell/a.scol"));
+        let points = named.points.unwrap();
+        assert_eq!(points.value, Path::new("cell/p.csv"));
+        assert_eq!(points.place, Place { line: 2, column: 10 });
     }
 
     #[test]

@@ -43,6 +43,8 @@ pub enum ScenarioActionError {
 pub struct ScenarioAction {
     /// As it was written.
     pub words: String,
+    /// Its line of the file, from 1; 0 without a file.
+    pub line: usize,
     pub action: PlannedAction,
 }
 
@@ -62,14 +64,23 @@ impl ScenarioAction {
                 })
             }
         };
-        let words = words.to_owned();
-        Ok(ScenarioAction { words, action })
+        Ok(ScenarioAction {
+            words: words.to_owned(),
+            line: 0,
+            action,
+        })
+    }
+
+    /// The same action, at a line of its file.
+    pub(crate) fn at_line(self, line: usize) -> ScenarioAction {
+        ScenarioAction { line, ..self }
     }
 
     /// One at the panel, in its words.
     pub(super) fn at_panel(panel: PanelAction) -> ScenarioAction {
         ScenarioAction {
             words: panel.to_string(),
+            line: 0,
             action: PlannedAction::Input(Input::by_hand(panel)),
         }
     }

@@ -29,6 +29,17 @@ struct StepState {
     runs: u32,
     /// When it is done for the last of them.
     last_due: Option<Time>,
+    /// It has been done at least once.
+    is_done: bool,
+}
+
+/// An action that is to be done.
+#[derive(Debug, Clone)]
+struct Scheduled {
+    due: Time,
+    action: ScenarioAction,
+    /// Index of its step; none of an action of the start.
+    step: Option<usize>,
 }
 
 /// Progress of an expectation.
@@ -57,8 +68,10 @@ struct PlayState {
     unprepared: usize,
     steps: Vec<StepState>,
     expectations: Vec<ExpectationState>,
-    /// Scheduled actions with their times, in order.
-    scheduled: VecDeque<(Time, ScenarioAction)>,
+    /// Scheduled actions, in the order of their times.
+    scheduled: VecDeque<Scheduled>,
+    /// Line of the action that is being done.
+    acting: Option<usize>,
     /// Time of the last action, and the number of actions at that time.
     actions_at_time: (Time, u32),
     /// Time at which there were too many actions.
@@ -82,6 +95,7 @@ impl Play {
             step,
             runs: 0,
             last_due: None,
+            is_done: false,
         });
         let expected = scenario
             .expectations
@@ -108,6 +122,7 @@ impl Play {
             steps: steps.collect(),
             expectations: expected.collect(),
             scheduled: VecDeque::new(),
+            acting: None,
             actions_at_time: (Time::ZERO, 0),
             runaway: None,
             time_offset: 0,
@@ -142,10 +157,14 @@ impl Play {
         let now = controller.now();
         state.started = Some(now);
         let first = std::mem::take(&mut state.first).into_iter();
-        state.scheduled.extend(first.map(|action| (now, action)));
-        for step in &mut state.steps {
+        state.scheduled.extend(first.map(|action| Scheduled {
+            due: now,
+            action,
+            step: None,
+        }));
+        for (index, step) in state.steps.iter_mut().enumerate() {
             if let StepTrigger::At(time) = step.step.trigger {
-                state.scheduled.extend(step.schedule(now + time));
+                state.scheduled.extend(step.schedule(index, now + time));
             }
         }
         state.sort();
@@ -180,15 +199,15 @@ impl Play {
                 verdict,
             }
         });
-        let waiting = state.steps.iter().filter(|step| step.condition.is_some());
-        let steps = waiting.map(|step| Entry {
+        // The limit of actions has ended all steps, and its own entry says so.
+        let steps = state.steps.iter().filter(|_| state.runaway.is_none());
+        // A time comes by itself: a step at one is worth a line only if the run was shorter.
+        let steps = steps.filter(|step| step.condition.is_some() || !step.is_done);
+        let steps = steps.map(|step| Entry {
             name: step.name(),
             line: step.step.line,
             time: now.since(begun),
-            verdict: match step.runs {
-                0 => Verdict::Skipped("its condition never happened".to_owned()),
-                _ => Verdict::Held,
-            },
+            verdict: step.verdict_at_end(now.since(begun)),
         });
         let runaway = state.runaway.map(|at| Entry {
             name: "do".to_owned(),
@@ -203,6 +222,11 @@ impl Play {
             time: now.since(begun),
             entries,
         }
+    }
+
+    /// Line of the action whose effects are under way; none while no action is being done.
+    pub fn acting_line(&self) -> Option<usize> {
+        self.state().acting
     }
 
     /// How far the scenario is at `now`, a time of the controller.
@@ -238,14 +262,16 @@ impl ActionSource for Play {
         state
             .scheduled
             .front()
-            .map(|(due, _)| state.controller_time(*due))
+            .map(|next| state.controller_time(next.due))
     }
 
     fn take_due(&mut self, now: Time) -> Option<(Time, PlannedAction)> {
         let state = &mut *self.state();
         let now = state.scenario_time(now);
-        let (due, _) = state.scheduled.front().filter(|(due, _)| *due <= now)?;
-        let due = *due;
+        let due = state.scheduled.front().map(|next| next.due)?;
+        if due > now {
+            return None;
+        }
         if state.actions_at_time.0 != due {
             state.actions_at_time = (due, 0);
         }
@@ -255,7 +281,11 @@ impl ActionSource for Play {
             state.scheduled.clear();
             state.steps.retain(|step| step.condition.is_none());
         }
-        let (_, action) = state.scheduled.pop_front()?;
+        let Scheduled { action, step, .. } = state.scheduled.pop_front()?;
+        if let Some(step) = step.and_then(|index| state.steps.get_mut(index)) {
+            step.is_done = true;
+        }
+        state.acting = Some(action.line);
         info!(event = "scenario", "scenario: {}", action.words);
         Some((state.controller_time(due), action.action))
     }
@@ -273,6 +303,7 @@ impl Subscriber for Play {
     fn settled(&mut self, at: Time, controller: &Controller) {
         let state = &mut *self.state();
         state.observe(at, |watch| watch.settled(controller));
+        state.acting = None;
         // The actions of the start are first; no other input is handled between them.
         state.unprepared = state.unprepared.saturating_sub(1);
     }
@@ -323,7 +354,7 @@ impl PlayState {
 
     /// Sorts by time; at the same time the order of the file is kept.
     fn sort(&mut self) {
-        self.scheduled.make_contiguous().sort_by_key(|(due, _)| *due);
+        self.scheduled.make_contiguous().sort_by_key(|next| next.due);
     }
 
     /// Handles an event; `occurs` says whether a condition waits for it.
@@ -339,7 +370,7 @@ impl PlayState {
         }
         let at = self.scenario_time(at);
         let mut added = false;
-        for step in &mut self.steps {
+        for (index, step) in self.steps.iter_mut().enumerate() {
             let (Some(condition), StepTrigger::When(_, after)) = (&mut step.condition, &step.step.trigger)
             else {
                 continue;
@@ -351,7 +382,7 @@ impl PlayState {
                 continue;
             }
             let due = at + *after;
-            self.scheduled.extend(step.schedule(due));
+            self.scheduled.extend(step.schedule(index, due));
             added = true;
         }
         if added {
@@ -365,10 +396,45 @@ impl PlayState {
 
 impl StepState {
     /// Its actions with the time at which they are to be done once more.
-    fn schedule(&mut self, due: Time) -> impl Iterator<Item = (Time, ScenarioAction)> {
+    fn schedule(&mut self, index: usize, due: Time) -> impl Iterator<Item = Scheduled> {
         self.runs = self.runs.saturating_add(1);
         self.last_due = Some(due);
-        self.step.actions.iter().map(move |action| (due, action.clone()))
+        let actions = self.step.actions.iter();
+        actions.map(move |action| Scheduled {
+            due,
+            action: action.clone(),
+            step: Some(index),
+        })
+    }
+
+    /// The verdict if the run ends now, this long after its beginning.
+    fn verdict_at_end(&self, passed: Duration) -> Verdict {
+        if self.is_done {
+            return Verdict::Held;
+        }
+        let ended = format!("the run ended after {}", seconds(passed));
+        let why = match &self.step.trigger {
+            StepTrigger::At(_) => format!("{ended}, before its time"),
+            StepTrigger::When(..) if self.runs == 0 => format!("its condition never happened; {ended}"),
+            StepTrigger::When(_, after) => {
+                format!(
+                    "{ended}, before the {} after its condition had passed",
+                    seconds(*after)
+                )
+            }
+        };
+        let reason = format!("`{}` was not done: {why}", self.words());
+        // Every time that its condition happens can be no time.
+        match self.step.times {
+            0 => Verdict::Skipped(reason),
+            _ => Verdict::Undone(reason),
+        }
+    }
+
+    /// Its actions, as they were written.
+    fn words(&self) -> String {
+        let words = self.step.actions.iter().map(|action| action.words.as_str());
+        words.collect::<Vec<_>>().join(", ")
     }
 
     fn name(&self) -> String {
@@ -381,14 +447,12 @@ impl StepState {
     /// At `now`, or at the time at which all steps were given up.
     fn progress(&self, begun: Time, now: Time) -> EntryProgress {
         let done = self.last_due.filter(|due| *due <= now);
-        let actions = self.step.actions.iter();
-        let words: Vec<&str> = actions.map(|action| action.words.as_str()).collect();
         EntryProgress {
             name: self.name(),
             line: self.step.line,
             state: done.map_or(EntryState::Waiting, |_| EntryState::Passed),
             time: done.map(|due| due.since(begun)),
-            message: Some(words.join(", ")),
+            message: Some(self.words()),
         }
     }
 }
@@ -397,7 +461,9 @@ impl ExpectationState {
     fn progress(&self, begun: Time, now: Time) -> EntryProgress {
         let (state, at, message) = match &self.verdict {
             Some((at, Verdict::Failed(reason))) => (EntryState::Failed, Some(*at), Some(reason.clone())),
-            Some((at, Verdict::Held | Verdict::Skipped(_))) => (EntryState::Passed, Some(*at), None),
+            Some((at, Verdict::Held | Verdict::Undone(_) | Verdict::Skipped(_))) => {
+                (EntryState::Passed, Some(*at), None)
+            }
             None => match self.expired(now) {
                 Some(at) => (EntryState::Failed, Some(at), Some(self.unmet())),
                 None => (EntryState::Waiting, None, self.waits_for()),

@@ -125,7 +125,7 @@ fn scenario(origin: &Path, text: &str, table: &DeTable<'_>) -> ReadResult<Scenar
     };
     if let Some(start) = table.get("start") {
         let folder = origin.parent().unwrap_or(Path::new(""));
-        scenario.start = parse_start(folder, sub_table(&TABLES, "start", start)?)?;
+        scenario.start = parse_start(text, folder, sub_table(&TABLES, "start", start)?)?;
     }
     entries_of(text, table, &mut scenario)?;
     Ok(scenario)
@@ -168,25 +168,29 @@ pub(crate) fn entries<'a>(
     array.iter().map(entry).collect()
 }
 
-fn parse_start(folder: &Path, table: &DeTable<'_>) -> ReadResult<Start> {
+fn parse_start(text: &str, folder: &Path, table: &DeTable<'_>) -> ReadResult<Start> {
     let path = |value: &Value<'_>| string(value).map(|path| folder.join(path));
+    let at_panel = |value: &Value<'_>, panel| {
+        let line = line_of(text, value.span().start);
+        ScenarioAction::at_panel(panel).at_line(line)
+    };
     let mut actions = Vec::new();
     if let Some(value) = table.get("key-switch") {
-        actions.push(ScenarioAction::at_panel(PanelAction::Key(word(value)?)));
+        actions.push(at_panel(value, PanelAction::Key(word(value)?)));
     }
     if let Some(value) = table.get("control-right") {
-        actions.push(ScenarioAction::at_panel(PanelAction::ControlRight(word(value)?)));
+        actions.push(at_panel(value, PanelAction::ControlRight(word(value)?)));
     }
     if let Some(value) = table.get("inputs") {
         for value in array(value)? {
-            actions.push(action(value, &format!("input {} on", whole(value)?))?);
+            actions.push(action(text, value, &format!("input {} on", whole(value)?))?);
         }
     }
     if let Some(value) = table.get("servo-on") {
         let DeValue::Boolean(on) = value.get_ref() else {
             return Err(expected(value, "true or false"));
         };
-        actions.push(ScenarioAction::at_panel(PanelAction::Servo(*on)));
+        actions.push(at_panel(value, PanelAction::Servo(*on)));
     }
     let load = table.get("load").map(array).transpose()?;
     Ok(Start {
@@ -217,7 +221,7 @@ fn step(text: &str, (span, table): (Range<usize>, &DeTable<'_>)) -> ReadResult<S
     let Some(actions) = table.get("actions") else {
         return Err(missing(span, "`actions`", "do", "none"));
     };
-    let one = |value| action(value, &string(value)?);
+    let one = |value| action(text, value, &string(value)?);
     Ok(Step {
         line: line_of(text, span.start),
         trigger: on,
@@ -316,8 +320,10 @@ pub(crate) fn wrong_words(value: &Value<'_>, error: impl Display) -> TableError 
     TableError(value.span(), error.to_string())
 }
 
-pub(crate) fn action(value: &Value<'_>, words: &str) -> ReadResult<ScenarioAction> {
-    ScenarioAction::parse(words).map_err(|error| wrong_words(value, error))
+/// An action in the words of a value of the text.
+pub(crate) fn action(text: &str, value: &Value<'_>, words: &str) -> ReadResult<ScenarioAction> {
+    let action = ScenarioAction::parse(words).map_err(|error| wrong_words(value, error))?;
+    Ok(action.at_line(line_of(text, value.span().start)))
 }
 
 fn word<T: Word>(value: &Value<'_>) -> ReadResult<T> {

@@ -1,5 +1,5 @@
-//! The outcome of a scenario, for people and as JUnit XML: one test case for each expectation and for each step with a
-//! condition.
+//! The outcome of a scenario, for people and as JUnit XML: one test case for each expectation, for each step with a
+//! condition, and for each step at a time that the run did not reach.
 
 use crate::reports::junit;
 use std::time::Duration;
@@ -11,7 +11,9 @@ pub enum Verdict {
     Held,
     /// Not as expected: what was expected and what came.
     Failed(String),
-    /// It had no occasion.
+    /// Actions that were not done before the end, and why.
+    Undone(String),
+    /// It had no occasion, as its entry allows.
     Skipped(String),
 }
 
@@ -47,7 +49,7 @@ impl ScenarioOutcome {
             // The limit of actions has no line.
             Verdict::Failed(reason) if entry.line == 0 => Some(reason.clone()),
             Verdict::Failed(reason) => Some(format!("line {}, {}: {reason}", entry.line, entry.name)),
-            Verdict::Held | Verdict::Skipped(_) => None,
+            Verdict::Held | Verdict::Undone(_) | Verdict::Skipped(_) => None,
         })
     }
 
@@ -57,7 +59,7 @@ impl ScenarioOutcome {
             let status = match &entry.verdict {
                 Verdict::Held => junit::success(),
                 Verdict::Failed(reason) => junit::failure(reason, &format!("line {}", entry.line)),
-                Verdict::Skipped(reason) => junit::skipped(reason),
+                Verdict::Undone(reason) | Verdict::Skipped(reason) => junit::skipped(reason),
             };
             junit::case(&self.name, &entry.name, entry.time, status)
         });

@@ -326,8 +326,41 @@ fn a_host_that_does_what_is_expected_passes() {
     assert_eq!(verdicts[3..6], [Verdict::Held, Verdict::Held, Verdict::Held]);
     assert_eq!(
         verdicts[6],
-        Verdict::Skipped("its condition never happened".to_owned())
+        Verdict::Undone(
+            "`program stop` was not done: its condition never happened; the run ended after 3 s".to_owned()
+        )
     );
+}
+
+/// A step whose actions were not done has an entry that says why; one that may happen any number of times may be left out.
+#[test]
+fn a_step_that_was_not_done_says_why() {
+    let text = "[start]\nservo-on = true\n\
+        [[do]]\nat = \"1 s\"\nactions = [\"input 3 on\"]\n\
+        [[do]]\nat = \"3 s\"\nactions = [\"input 4 on\", \"input 5 on\"]\n\
+        [[do]]\nwhen = \"input 3 on\"\nafter = \"1.5 s\"\nactions = [\"input 6 on\"]\n\
+        [[do]]\nwhen = \"input 9 on\"\ntimes = 0\nactions = [\"input 7 on\"]\n";
+    let mut step = Stage::new(text);
+    step.until(2_000);
+    let undone = |words: &str| Verdict::Undone(words.to_owned());
+    assert_eq!(
+        step.verdicts(),
+        [
+            undone("`input 4 on, input 5 on` was not done: the run ended after 2 s, before its time"),
+            undone(
+                "`input 6 on` was not done: the run ended after 2 s, before the 1.5 s after its condition had passed"
+            ),
+            Verdict::Skipped(
+                "`input 7 on` was not done: its condition never happened; the run ended after 2 s".to_owned()
+            ),
+        ]
+    );
+    let outcome = step.play.outcome(step.seat.controller.now());
+    assert!(!outcome.has_failed());
+    assert!(outcome.junit().contains("tests=\"3\" skipped=\"3\""));
+    step.until(3_000);
+    assert_eq!(step.verdicts()[0], Verdict::Held, "1.5 s after input 3");
+    assert_eq!(step.verdicts().len(), 2);
 }
 
 fn entry<'a>(entries: &'a [EntryProgress], name: &str) -> (EntryState, Option<u128>, Option<&'a str>) {
@@ -533,11 +566,19 @@ fn the_state_to_begin_with_does_not_happen() {
     let state = step.seat.controller.state();
     assert!(state.servo && !state.emergency_stop);
     let unmet = "expected once, but never happened; the run ended after 1 s".to_owned();
-    let skipped = Verdict::Skipped("its condition never happened".to_owned());
+    let undone = |words: &str| Verdict::Undone(words.to_owned());
+    let early = undone("`input 5 off, input 5 on` was not done: the run ended after 1 s, before its time");
+    let never =
+        undone("`emergency-stop press` was not done: its condition never happened; the run ended after 1 s");
     let (held, failed) = (Verdict::Held, Verdict::Failed(unmet));
-    assert_eq!(step.verdicts(), [held.clone(), failed, held, skipped]);
+    assert_eq!(step.verdicts(), [held.clone(), failed, held, early, never]);
     step.until(3_000);
     assert_eq!(step.verdicts()[1], Verdict::Held);
+    assert_eq!(
+        step.verdicts().len(),
+        4,
+        "a step at a time that was done has no entry"
+    );
 }
 
 /// Counts how often FEED HOLD is pressed.

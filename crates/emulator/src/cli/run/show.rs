@@ -109,7 +109,7 @@ impl RunPrinter {
                 }
             }
             RunEvent::Statement { line, task, detail } => self.add_statement(at, line, task, detail),
-            RunEvent::Refused { reason } => self.add_refused(at, reason),
+            RunEvent::Refused { reason, .. } => self.add_refused(at, reason),
         }
     }
 

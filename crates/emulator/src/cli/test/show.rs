@@ -37,7 +37,7 @@ impl FileOutcome {
     pub(super) fn new(file: &TestFile, source: &str) -> FileOutcome {
         FileOutcome {
             path: file.path.display().to_string(),
-            program: file.program.display().to_string(),
+            program: file.program.value.display().to_string(),
             lines: source.lines().map(|line| line.trim().to_owned()).collect(),
             tests: Vec::new(),
         }
