@@ -16,7 +16,7 @@ use ts3100_proto::name::NameError;
 use ts3100_proto::status::pr::three_decimals;
 use ts3100_proto::words::did_you_mean;
 use ts3100_recording::program_test::{LIMIT, Place, Placed, ProgramTest, TOLERANCE, TestPosition, Then};
-use ts3100_recording::scenario::Verdict;
+use ts3100_recording::scenario::{StepTrigger, Verdict};
 
 /// Statements before the end that a result keeps.
 const LAST_STATEMENTS: usize = 5;
@@ -277,9 +277,19 @@ fn judge(test: &ProgramTest, report: &RunReport, seen: &mut Seen) {
     for entry in entries {
         let reason = match &entry.verdict {
             Verdict::Failed(reason) => reason.clone(),
-            Verdict::Held | Verdict::Undone(_) | Verdict::Skipped(_) => continue,
+            Verdict::Undone(reason) => format!("{reason}; {}", remedy_of_step(test, entry.line)),
+            Verdict::Held | Verdict::Skipped(_) => continue,
         };
         seen.fail_at_line(entry.line, format!("{}: {reason}", entry.name));
+    }
+}
+
+/// What to do about a step that was not done.
+fn remedy_of_step(test: &ProgramTest, line: usize) -> &'static str {
+    let mut steps = test.scenario.steps.iter().filter(|step| step.line == line);
+    match steps.all(|step| matches!(step.trigger, StepTrigger::At(_))) {
+        true => "choose an earlier time, or remove the step",
+        false => "correct the step or remove it, or write `times = 0` if it need not happen",
     }
 }
 

@@ -122,6 +122,51 @@ what = \"output 8 on\"
     assert_eq!(test["lastStatements"].as_array().unwrap().len(), 5);
 }
 
+/// The step, the end of the program and the remedy are named.
+#[test]
+fn a_step_that_never_happens_fails_the_test() {
+    let tests = "\
+[[test]]
+name = \"too late\"
+given.inputs = [5]
+at = [\"1 ms: input 6 on\",
+  \"60 s: input 7 on\"]
+
+[[test.do]]
+when = \"output 9 on\"
+actions = [\"input 7 on\"]
+
+[[test.do]]
+when = \"output 8 on\"
+after = \"5 s\"
+actions = [\"input 7 on\"]
+
+[[test.do]]
+when = \"output 9 on\"
+times = 0
+actions = [\"input 7 on\"]
+";
+    let (_directory, file) = folder(tests);
+    let output = run(&["test", &file]);
+    expect_code(&output, 1);
+    let text = stdout(&output);
+    let end = text.split(" (").nth(1).unwrap().split(" s)").next().unwrap();
+    for line in [
+        format!(
+            "pallet.test.toml:5: do at 60 s: `input 7 on` was not done: the run ended after {end} s, before its time; choose an earlier time, or remove the step\n"
+        ),
+        format!(
+            "pallet.test.toml:7: do when output 9 on: `input 7 on` was not done: its condition never happened; the run ended after {end} s; correct the step or remove it, or write `times = 0` if it need not happen\n"
+        ),
+        format!(
+            "pallet.test.toml:11: do when output 8 on: `input 7 on` was not done: the run ended after {end} s, before the 5 s after its condition had passed; correct the step"
+        ),
+    ] {
+        assert!(text.contains(&line), "{line}\n{text}");
+    }
+    assert_eq!(text.matches("pallet.test.toml:").count(), 4, "{text}");
+}
+
 /// A failure is said of the line of its key, not of its test.
 #[test]
 fn a_failure_points_at_its_key() {
