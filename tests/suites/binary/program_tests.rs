@@ -287,7 +287,7 @@ fn what_cannot_be_tested_is_an_error_with_its_place() {
             entry("then.alarm = \"2-999\""),
             ":3:14: expected the number of an alarm of the controller",
         ),
-        (entry("") + &entry(""), ":4:1: the test `x` appears twice"),
+        (entry("") + &entry(""), ":5:8: the test `x` appears twice"),
     ] {
         let (_directory, file) = folder(&tests);
         let output = run(&["test", &file]);

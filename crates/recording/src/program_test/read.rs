@@ -11,6 +11,7 @@ use crate::table_error::{TableError, column_of, line_of};
 use std::collections::{BTreeMap, BTreeSet};
 use std::ops::Range;
 use std::path::{Path, PathBuf};
+use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 use ts3100_driver::files::{self, PathError, cannot};
 use ts3100_proto::words::UnexpectedWord;
@@ -70,17 +71,24 @@ struct Reader<'a> {
 impl Reader<'_> {
     fn file(&self, table: &DeTable<'_>) -> ReadResult<TestFile> {
         check_keys(&TABLES, "", table)?;
-        let beside = |value: &Value<'_>| self.placed(value, self.path.with_file_name(string(value)?));
+        let beside = |value: &Value<'_>| {
+            let name = named(value, "the name of a file")?;
+            self.placed(value, self.path.with_file_name(name))
+        };
         let program = table.get("program").map(beside).transpose()?;
         let mut tests = Vec::new();
         let mut names = BTreeSet::new();
-        for (span, entry) in entries(&TABLES, "test", table)? {
+        let entries = entries(&TABLES, "test", table)?;
+        if let Some((span, _)) = entries.get(MAX_TESTS) {
+            let reason = format!("expected at most {MAX_TESTS} tests, found {}", entries.len());
+            return Err(TableError(span.clone(), reason));
+        }
+        for (span, entry) in entries {
             let test = self.test(span.clone(), entry)?;
             if !names.insert(test.name.clone()) {
-                return Err(TableError(
-                    span,
-                    format!("the test `{}` appears twice", test.name),
-                ));
+                let span = entry.get("name").map_or(span, Spanned::span);
+                let reason = format!("the test `{}` appears twice; give it another name", test.name);
+                return Err(TableError(span, reason));
             }
             tests.push(test);
         }
@@ -89,10 +97,6 @@ impl Reader<'_> {
                 0..0,
                 "expected entries [[test]], found none".to_owned(),
             ));
-        }
-        if tests.len() > MAX_TESTS {
-            let reason = format!("expected at most {MAX_TESTS} tests, found {}", tests.len());
-            return Err(TableError(0..0, reason));
         }
         let text = |value| self.placed(value, string(value)?);
         let options = table.get("options").map(array).transpose()?.unwrap_or_default();
@@ -123,7 +127,7 @@ impl Reader<'_> {
         let Some(name) = table.get("name") else {
             return Err(missing(span, "`name`", "test", "none"));
         };
-        let name = string(name)?;
+        let name = named(name, "what the test shows, in words")?;
         let mut scenario = Scenario {
             file: self.path.to_path_buf(),
             name: name.clone(),
@@ -205,18 +209,11 @@ impl Reader<'_> {
             }
         }
         if let Some(value) = table.get("position") {
-            let position = if let DeValue::String(name) = value.get_ref() {
-                TestPosition::Named(name.to_string())
-            } else if let DeValue::Array(_) = value.get_ref() {
-                TestPosition::Coordinates(reals(value)?)
-            } else {
-                return Err(expected(value, "the name of a point or a list of coordinates"));
-            };
-            then.position = Some(self.placed(value, position)?);
+            then.position = Some(self.placed(value, position(value)?)?);
         }
         if let Some(value) = table.get("tolerance") {
             let tolerance = number(value)?.parse().ok();
-            let tolerance = tolerance.filter(|tolerance: &f64| *tolerance >= 0.0 && tolerance.is_finite());
+            let tolerance = tolerance.filter(|tolerance: &f64| *tolerance >= 0.0);
             let tolerance =
                 tolerance.ok_or_else(|| expected(value, "a number of mm and degrees, 0 or more"))?;
             if then.position.is_none() {
@@ -266,6 +263,33 @@ impl Reader<'_> {
     }
 }
 
+/// Text that is not empty, or blank.
+fn named(value: &Value<'_>, what: &str) -> ReadResult<String> {
+    let name = string(value)?;
+    if name.trim().is_empty() {
+        let reason = format!("expected {what}, found `{name}`");
+        return Err(TableError(value.span(), reason));
+    }
+    Ok(name)
+}
+
+fn position(value: &Value<'_>) -> ReadResult<TestPosition> {
+    const WANTED: &str = "the name of a point or a list of coordinates";
+    match value.get_ref() {
+        DeValue::String(_) => named(value, WANTED).map(TestPosition::Named),
+        DeValue::Array(list) if list.is_empty() => Err(wrong_words(
+            value,
+            format_args!("expected {WANTED}, as in [400, 0, 200], found an empty list"),
+        )),
+        DeValue::Array(_) => reals(value).map(TestPosition::Coordinates),
+        DeValue::Integer(_)
+        | DeValue::Float(_)
+        | DeValue::Boolean(_)
+        | DeValue::Datetime(_)
+        | DeValue::Table(_) => Err(expected(value, WANTED)),
+    }
+}
+
 fn texts(value: &Value<'_>) -> ReadResult<Vec<String>> {
     array(value)?.iter().map(string).collect()
 }
@@ -287,6 +311,10 @@ fn variables<'a>(value: &'a Value<'a>) -> ReadResult<Vec<(String, &'a Value<'a>)
 /// The words of one number or of a list.
 fn numbers(value: &Value<'_>) -> ReadResult<Vec<String>> {
     if let DeValue::Array(list) = value.get_ref() {
+        if list.is_empty() {
+            let reason = "expected a number or a list of numbers, found an empty list";
+            return Err(wrong_words(value, reason));
+        }
         return list.iter().map(number).collect();
     }
     Ok(vec![number(value)?])
@@ -307,7 +335,12 @@ fn number(value: &Value<'_>) -> ReadResult<String> {
         return Ok(number.as_str().to_owned());
     }
     if let DeValue::Float(number) = value.get_ref() {
-        return Ok(number.as_str().to_owned());
+        // TOML has nan and inf, and 1e999 is as large.
+        let is_finite = number.as_str().parse().is_ok_and(f64::is_finite);
+        return match is_finite {
+            true => Ok(number.as_str().to_owned()),
+            false => Err(expected(value, "a finite number")),
+        };
     }
     Err(expected(value, "a number"))
 }
@@ -329,12 +362,19 @@ mod tests {
             KeyValue::Time => ("\"1.5 s\"", &["3", "\"3\""]),
             KeyValue::Lines => ("[5]", &["5", "[\"5\"]", "[65]", "[-1]"]),
             KeyValue::Words(_) => ("\"alarm\"", &["\"alarms\"", "3"]),
-            KeyValue::Number => ("0.5", &["\"1\"", "-1", "nan"]),
+            KeyValue::Number => ("0.5", &["\"1\"", "-1", "nan", "inf"]),
             KeyValue::Variables => (
                 "{ A = 1, \"B(2)\" = [1.5, 2] }",
-                &["3", "{ A = \"1\" }", "{ A = true }"],
+                &[
+                    "3",
+                    "{ A = \"1\" }",
+                    "{ A = true }",
+                    "{ A = [] }",
+                    "{ A = nan }",
+                    "{ A = [1, -inf] }",
+                ],
             ),
-            KeyValue::Place => ("\"P1\"", &["3", "[\"A\"]"]),
+            KeyValue::Place => ("\"P1\"", &["3", "[\"A\"]", "[]", "\"\"", "[1, nan]", "[1e999]"]),
             KeyValue::Table | KeyValue::Tables => ("", &["3"]),
             KeyValue::Condition | KeyValue::Actions | KeyValue::Flag | KeyValue::Whole(_) => ("", &[]),
         }
@@ -421,6 +461,34 @@ mod tests {
                 "3:1: expected `actions` in [[do]], found none",
             ),
             ("[[test]]\nname = ", "2:8: "),
+            (
+                "[[test]]\nname = \" \"",
+                "2:8: expected what the test shows, in words, found ` `",
+            ),
+            (
+                "points = \"\"\n[[test]]\nname = \"x\"",
+                "1:10: expected the name of a file, found ``",
+            ),
+            (
+                "[[test]]\nname = \"x\"\nthen.position = []",
+                "3:17: expected the name of a point or a list of coordinates, as in [400, 0, 200], found an empty list",
+            ),
+            (
+                "[[test]]\nname = \"x\"\ngiven.variables = { A = 1,\n B = +inf }",
+                "4:6: expected a finite number, found +inf",
+            ),
+            (
+                "[[test]]\nname = \"x\"\nthen.variables.A = 1e999",
+                "3:20: expected a finite number, found 1e999",
+            ),
+            (
+                "[[test]]\nname = \"x\"\nthen.variables.A = []",
+                "3:20: expected a number or a list of numbers, found an empty list",
+            ),
+            (
+                "[[test]]\nname = \"x\"\n[[test]]\nname = \"x\"",
+                "4:8: the test `x` appears twice; give it another name",
+            ),
         ] {
             let error = read(text).unwrap_err();
             assert!(
