@@ -306,15 +306,15 @@ fn judge_end(test: &ProgramTest, report: &RunReport, seen: &mut Seen) {
     let line = seen.statements.back().map(|last| last.line);
     let line = line.filter(|_| matches!(report.end, RunEnd::Alarm { .. }));
     let line = line.map_or_else(String::new, |line| format!(" at line {line}"));
-    let found = format!("{}{line}", remedied(&report.end));
+    let found = format!("{}{line}", explained(&report.end));
     match (&report.end, &then.alarm) {
         (RunEnd::Alarm { number, .. }, Some(alarm)) if *number == alarm.value => {}
         (_, Some(alarm)) => seen.fail(
             alarm.place,
-            format!("alarm: expected {}, found: {found}", alarm.value),
+            format!("alarm: expected {}, found{found}", alarm.value),
         ),
         (end, None) if end.word() == expected => {}
-        (_, None) => seen.fail(place, format!("ending: expected {expected}, found: {found}")),
+        (_, None) => seen.fail(place, format!("ending: expected {expected}, found{found}")),
     }
 }
 
@@ -332,23 +332,29 @@ fn cause(test: &ProgramTest, end: &RunEnd) -> Option<Place> {
     }
 }
 
-/// The end with what to do about it in a file of tests.
-fn remedied(end: &RunEnd) -> String {
+/// The end, with its word where that does not explain itself, and what to do about it in a file of tests.
+fn explained(end: &RunEnd) -> String {
     // The call itself is no line of the file.
     let sentence = end.sentence().replace("line 0: ", "the call: ");
-    match end {
+    let remedy = match end {
         RunEnd::NoInput { channel, .. } => {
             let channel = channel.to_ascii_lowercase();
-            format!("{sentence}; give it records with `given.records.{channel}`")
+            format!("; give it records with `given.records.{channel}`")
         }
-        RunEnd::Blocked { .. } => format!("{sentence}; set inputs with `given.inputs` or `at`"),
-        RunEnd::TimeUp { .. } => format!("{sentence} after its `limit`"),
-        RunEnd::End
-        | RunEnd::Stopped { .. }
-        | RunEnd::OutOfInput { .. }
-        | RunEnd::PowerOff
-        | RunEnd::Alarm { .. } => sentence,
-    }
+        RunEnd::OutOfInput { channel, .. } => {
+            let channel = channel.to_ascii_lowercase();
+            format!("; add a record for it to `given.records.{channel}`")
+        }
+        RunEnd::Blocked { .. } => {
+            "; change an input with `given.inputs` or `at`, or a variable with `given.variables`".to_owned()
+        }
+        RunEnd::TimeUp { .. } => " when its time was up; give it more with `limit`".to_owned(),
+        RunEnd::End | RunEnd::Stopped { .. } | RunEnd::PowerOff | RunEnd::Alarm { .. } => {
+            return format!(": {sentence}");
+        }
+    };
+    let word = end.word();
+    format!(" {word}: {sentence}{remedy}, or expect it with `then.ending = \"{word}\"`")
 }
 
 fn judge_printed(channel: &str, expected: &Placed<Vec<String>>, seen: &mut Seen) {

@@ -1,8 +1,10 @@
 //! `ts3100 test`: tests of SCOL programs. The keys of their files are tested in `ts3100-recording`.
 
 use super::support::{expect_code, run, stdout};
+use crate::house::root;
 use serde_json::Value;
 use std::process::Output;
+use ts3100_recording::program_test::keys::ENDINGS;
 use ts3100_tests::testing::TempDir;
 
 const PALLET: &str = "\
@@ -236,6 +238,37 @@ fn a_file_that_cannot_be_tested_names_its_key() {
             text.contains(&format!("other.test.toml{place}")),
             "{place}\n{text}"
         );
+    }
+}
+
+/// A word of an ending is explained where it is met, with what to do, and on the page.
+#[test]
+fn an_ending_explains_itself() {
+    let ending =
+        |call: &str, more: &str| format!("[[test]]\nname = \"{call}{more}\"\ncall = \"{call}()\"\n{more}\n");
+    let tests = ending("READS", "given.records.ip1 = []")
+        + &ending("READS", "")
+        + &ending("WAITS", "")
+        + &ending("LASTS", "limit = '1 s'");
+    let (directory, file) = folder(&tests);
+    let programs = "PROGRAM READS\nINPUT IP1, N\nEND\nPROGRAM LASTS\nDELAY 5\nEND\nPROGRAM WAITS\nWAIT DIN(3)\nEND\nDATA\n";
+    directory.file("pallet.scol", PALLET.replace("DATA\n", programs));
+    let text = stdout(&run(&["test", &file]));
+    let expected = [
+        "out-of-input: INPUT at line 15 waits: all records of IP1 are used; add a record for it to `given.records.ip1`",
+        "no-input: INPUT IP1 at line 15 waits; give it records with `given.records.ip1`",
+        "stuck: line 21 waits for a condition that can no longer become true; change an input with `given.inputs` or `at`, or a variable with `given.variables`",
+        "time-up: stopped at line 18 when its time was up; give it more with `limit`",
+    ];
+    for line in expected {
+        let word = line.split(':').next().unwrap();
+        let line =
+            format!("ending: expected end, found {line}, or expect it with `then.ending = \"{word}\"`\n");
+        assert!(text.contains(&line), "{line}\n{text}");
+    }
+    let page = std::fs::read_to_string(root().join("docs/reference/scol/test.md")).unwrap();
+    for word in ENDINGS {
+        assert!(page.contains(&format!("\n| `{word}` | ")), "{word}");
     }
 }
 
