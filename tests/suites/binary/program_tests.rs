@@ -379,4 +379,55 @@ fn junit_has_passed_failed_and_untested() {
     assert!(xml.contains("name=\"fails &lt;here&gt;\""), "{xml}");
     assert!(xml.contains("output 9: expected on, found off"), "{xml}");
     assert!(xml.contains("unknown key `nam`"), "{xml}");
+    assert!(
+        xml.contains("c.test.toml\"") && xml.contains("name=\"the file\""),
+        "{xml}"
+    );
+}
+
+/// Whatever is wrong with a file, a report has it: CI would show no tests otherwise.
+#[test]
+fn junit_has_an_error_for_all_that_cannot_be_tested() {
+    let (directory, _) = folder(&TESTS.replace("PLACE(3, 20)", "PLCE(3, 20)"));
+    let broken = "[[test]]\nname = \"x\"\n";
+    directory.file("bad.scol", "PROGRAM M\nMOVEE P\nEND\n");
+    directory.file("bad.test.toml", broken);
+    directory.file("latin.test.toml", b"[[test]]\nname = \"\xe9\"\n");
+    directory.file("gone.test.toml", broken);
+    directory.file("alone.scol", PALLET);
+    let (empty, report) = (TempDir::new("no-tests"), directory.at("results.xml"));
+    let at = |name: &str| directory.at(name).display().to_string();
+    for (path, case, reason) in [
+        (at("pallet.test.toml"), "places a part", "has no program PLCE"),
+        (at("bad.test.toml"), "the file", "bad.scol has errors"),
+        (at("latin.test.toml"), "the file", "latin.test.toml"),
+        (at("gone.test.toml"), "the file", "cannot read the program"),
+        (at("missing.test.toml"), "the file", "missing.test.toml"),
+        (at("alone.scol"), "the file", "alone.test.toml is missing"),
+        (
+            empty.path().display().to_string(),
+            "the file",
+            "no files of tests",
+        ),
+    ] {
+        let output = run(&["test", &path, "--junit", report.to_str().unwrap()]);
+        expect_code(&output, 2);
+        let xml = std::fs::read_to_string(&report).unwrap();
+        std::fs::remove_file(&report).unwrap();
+        assert!(xml.contains("errors=\"1\""), "{path}\n{xml}");
+        assert!(
+            xml.contains(&format!("name=\"{case}\" classname=\"{path}\"")),
+            "{path}\n{xml}"
+        );
+        assert!(
+            xml.contains("<error message=") && xml.contains(reason),
+            "{path}\n{xml}"
+        );
+        // The other test of the file has run.
+        let passed = usize::from(path.ends_with("pallet.test.toml"));
+        assert!(
+            xml.contains(&format!("tests=\"{}\"", 1 + passed)),
+            "{path}\n{xml}"
+        );
+    }
 }

@@ -7,7 +7,7 @@ mod show;
 
 use super::exit::{NEGATIVE, UNUSABLE};
 use super::input::{is_stdin, read_program};
-use super::programs::{self, TESTS, points_beside};
+use super::programs::{self, FolderError, TESTS, points_beside};
 use super::watch::{Announcement, watch};
 use crate::config::args::written_file;
 use crate::config::of_run;
@@ -23,6 +23,9 @@ use ts3100_controller::Config;
 use ts3100_driver::files;
 use ts3100_driver::pc_file::drive_name;
 use ts3100_recording::program_test::{ENDING, Place, TestFile};
+
+/// Name of the test case in a report when no test of a file can be run.
+const WHOLE_FILE: &str = "the file";
 
 /// Run tests of SCOL programs.
 ///
@@ -51,12 +54,15 @@ pub(super) struct TestArgs {
 }
 
 impl TestArgs {
-    /// The files of tests, in order, each as given or found.
-    fn found(&self) -> Vec<anyhow::Result<PathBuf>> {
+    /// The files of tests, in order, each as given or found; or a path and why there is none.
+    fn found(&self) -> Vec<Result<PathBuf, (PathBuf, anyhow::Error)>> {
         let found = programs::expand(TESTS, &self.files).into_iter();
         let found = found.map(|found| match found {
-            Ok(path) => beside(path),
-            Err(error) => Err(anyhow!("cannot read {}: {}", error.path.display(), error.reason)),
+            Ok(path) => beside(&path).map_err(|error| (path, error)),
+            Err(FolderError { path, reason }) => {
+                let error = anyhow!("cannot read {}: {reason}", path.display());
+                Err((path, error))
+            }
         });
         found.collect()
     }
@@ -84,9 +90,9 @@ impl TestArgs {
 }
 
 /// The tests of a program, or the file of tests itself.
-fn beside(path: PathBuf) -> anyhow::Result<PathBuf> {
-    if files::extension(&path) != "scol" {
-        return Ok(path);
+fn beside(path: &Path) -> anyhow::Result<PathBuf> {
+    if files::extension(path) != "scol" {
+        return Ok(path.to_path_buf());
     }
     let tests = path.with_extension(ENDING.trim_start_matches('.'));
     if !tests.is_file() {
@@ -111,19 +117,23 @@ pub(super) fn run(args: TestArgs) -> anyhow::Result<u8> {
 fn run_all(args: &TestArgs, outdated: &AtomicBool) -> anyhow::Result<u8> {
     let mut printer = TestPrinter::new(args.json, args.watch);
     for found in args.found() {
-        let outcome = match found {
-            Ok(path) => run_file(args, &path, outdated, &mut printer),
-            Err(error) => Err(error),
+        let (path, outcome) = match found {
+            Ok(path) => {
+                let outcome = run_file(args, &path, outdated, &mut printer);
+                (path, outcome)
+            }
+            Err((path, error)) => (path, Err(error)),
         };
         if outdated.load(Ordering::Relaxed) {
             return Ok(NEGATIVE);
         }
         if let Err(error) = outcome {
-            printer.add_error(&error);
+            printer.add_error(&path, WHOLE_FILE, &error);
         }
     }
     if let Some(filter) = args.filter.as_ref().filter(|_| printer.is_empty()) {
-        printer.add_error(&anyhow!("no test matches --filter {filter}"));
+        let error = anyhow!("no test matches --filter {filter}");
+        printer.add_error(Path::new("ts3100"), "test", &error);
     }
     if let Some(path) = &args.junit {
         files::replace(path, printer.junit().as_bytes())
@@ -159,10 +169,15 @@ fn run_file(
         match program_test::run(&subject, test, outdated) {
             Ok(result) => printer.add(&mut outcome, TestOutcome::new(test, result))?,
             Err(TestError::Run(RunError::Interrupted)) => return Ok(()),
+            // The other tests of the file are run.
             Err(TestError::Call { place, reason }) => {
-                bail!("{}: {reason}", placed(&file, place))
+                let error = anyhow!("{}: {reason}", placed(&file, place));
+                printer.add_error(path, &test.name, &error);
             }
-            Err(TestError::Run(error)) => bail!("{}: {error}", path.display()),
+            Err(TestError::Run(error)) => {
+                let error = anyhow!("{}: {error}", placed(&file, test.place));
+                printer.add_error(path, &test.name, &error);
+            }
         }
     }
     printer.add_file(outcome);

@@ -9,6 +9,7 @@ use crate::program_test::TestResult;
 use serde_json::{Value, json};
 use std::fmt::Write as _;
 use std::io::{self, Write as _};
+use std::path::Path;
 use std::time::Duration;
 use ts3100_control::printable::printable;
 use ts3100_recording::program_test::{ProgramTest, TestFile};
@@ -69,13 +70,21 @@ impl TestOutcome {
     }
 }
 
+/// A file, or one test of it, that cannot be run.
+struct Untested {
+    path: String,
+    /// Of the test case in a report.
+    name: String,
+    reason: String,
+}
+
 /// Shows results as they come, and keeps them.
 pub(super) struct TestPrinter {
     is_json: bool,
     /// Documents of repeated runs are one line each.
     is_repeated: bool,
     files: Vec<FileOutcome>,
-    errors: Vec<String>,
+    errors: Vec<Untested>,
     count: usize,
     failed: usize,
     time: Duration,
@@ -99,10 +108,14 @@ impl TestPrinter {
         self.count == 0 && self.errors.is_empty()
     }
 
-    /// A file that cannot be tested.
-    pub(super) fn add_error(&mut self, error: &anyhow::Error) {
+    /// A file, or one test of it, that cannot be run.
+    pub(super) fn add_error(&mut self, path: &Path, name: &str, error: &anyhow::Error) {
         print_error(format_args!("{error:#}"));
-        self.errors.push(format!("{error:#}"));
+        self.errors.push(Untested {
+            path: path.display().to_string(),
+            name: name.to_owned(),
+            reason: format!("{error:#}"),
+        });
     }
 
     /// A test has ended.
@@ -173,7 +186,7 @@ impl TestPrinter {
             "tests": tests,
             "passed": self.count - self.failed,
             "failed": self.failed,
-            "errors": self.errors,
+            "errors": self.errors.iter().map(|error| &error.reason).collect::<Vec<_>>(),
             "seconds": self.time.as_secs_f64(),
         })
     }
@@ -191,8 +204,9 @@ impl TestPrinter {
             })
         });
         let errors = self.errors.iter().map(|error| {
-            let status = junit::error(error.lines().next().unwrap_or_default(), error);
-            junit::case("ts3100", "test", Duration::ZERO, status)
+            let reason = &error.reason;
+            let status = junit::error(reason.lines().next().unwrap_or_default(), reason);
+            junit::case(&error.path, &error.name, Duration::ZERO, status)
         });
         junit::report("ts3100 test", self.time, cases.chain(errors))
     }
