@@ -178,6 +178,17 @@ impl Controller {
         Ok(())
     }
 
+    /// Places the arm at rest with its tool point at these world coordinates, without a motion. Coordinates that are left out stay
+    /// as they are; after all of them comes the configuration.
+    ///
+    /// # Errors
+    /// There are too many, the arm moves, or it cannot be there; it stays where it is.
+    pub fn place_arm(&mut self, world: &[f64]) -> Result<(), ActionError> {
+        let result = self.robot.place_arm(world);
+        self.find_due();
+        result
+    }
+
     /// Selects the execution file as SL does.
     ///
     /// # Errors

@@ -5,6 +5,7 @@
 //! tests of robot programs. A host that speaks the protocol needs the daemon or [`crate::embed`]. The output of
 //! `ts3100 run` is formatted in `cli::run`.
 
+use crate::named_values::{PositionError, place_arm};
 use crate::profile::Profile;
 use std::collections::{BTreeMap, VecDeque};
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -18,6 +19,7 @@ use ts3100_controller::{
 use ts3100_driver::clock::TimeMode;
 use ts3100_driver::seat::{ActionSource, Effects, Seat, Side};
 use ts3100_proto::status::ExecutionStatus;
+use ts3100_recording::program_test::TestPosition;
 use ts3100_recording::scenario::{Play, Scenario, ScenarioOutcome};
 
 /// Name of the teach pendant as a channel.
@@ -39,6 +41,8 @@ pub struct RunRequest {
     pub records: BTreeMap<String, VecDeque<Vec<u8>>>,
     /// Input lines that are on from the beginning.
     pub lines_on: Vec<u16>,
+    /// Where the arm is at START; without it in its ready posture.
+    pub position: Option<TestPosition>,
     /// What happens to the robot from START on, and what is expected of the program.
     pub scenario: Option<Scenario>,
     /// A call such as `PLACE(2, 30.5)`, which is run instead of the main program.
@@ -67,6 +71,9 @@ pub enum RunError {
     /// The controller refused to start it, and says why: `cannot start the program: servo power is off`.
     #[error("{0}")]
     Start(String),
+    /// The arm cannot be placed where it should be at START.
+    #[error(transparent)]
+    Position(#[from] PositionError),
     /// Stepped time: no one would move the clock, so the program would never end.
     #[error("expected a time that passes (auto, real or xN), found {0}")]
     Time(TimeMode),
@@ -392,6 +399,8 @@ pub(crate) struct HeadlessRun {
     outcome: Outcome,
     /// START has been pressed.
     started: bool,
+    /// Where the arm is placed before that.
+    position: Option<TestPosition>,
     /// Something was changed from outside.
     is_woken: bool,
     /// Longest run, in virtual time.
@@ -412,6 +421,7 @@ impl Clone for HeadlessRun {
                 ..self.outcome.clone()
             },
             started: self.started,
+            position: self.position.clone(),
             is_woken: self.is_woken,
             limit: self.limit,
         }
@@ -445,6 +455,7 @@ impl HeadlessRun {
                 profile: job.profile.then(Profile::default),
             },
             started: false,
+            position: job.position,
             is_woken: false,
             limit: job.max_time,
         };
@@ -467,7 +478,7 @@ impl HeadlessRun {
     /// one. Returns how the run has ended, if it has.
     ///
     /// # Errors
-    /// [`RunError::Start`]: the program did not start.
+    /// [`RunError::Start`]: the program did not start. [`RunError::Position`]: the arm cannot be where it should be.
     pub(crate) fn step(&mut self) -> Result<Option<RunEnd>, RunError> {
         let started_at = self.outcome.started_at;
         if !self.started {
@@ -476,6 +487,9 @@ impl HeadlessRun {
                 play.start(&mut self.seat);
                 // What is planned for the start comes before START.
                 self.feed(started_at, Input::Tick);
+            }
+            if let Some(place) = self.position.take() {
+                place_arm(&mut self.seat.controller, &place)?;
             }
             self.outcome.starting = true;
             self.feed(started_at, Input::by_hand(PanelAction::Start));

@@ -21,6 +21,7 @@ pub mod instances;
 pub mod launch;
 pub mod loading;
 pub mod log;
+pub mod named_values;
 mod printed_lines;
 pub mod profile;
 pub mod program_test;

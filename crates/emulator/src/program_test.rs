@@ -4,6 +4,7 @@
 //! failures. The output is formatted in `cli::test`.
 
 use crate::headless::{self, PENDANT, RunEnd, RunError, RunEvent, RunReport, RunRequest};
+use crate::named_values::{ValueError, coordinates_of, numbers_of};
 use crate::printed_lines::PrintedLines;
 use std::collections::VecDeque;
 use std::sync::Arc;
@@ -12,9 +13,7 @@ use std::time::Duration;
 use ts3100_controller::{Config, Controller};
 use ts3100_driver::clock::TimeMode;
 use ts3100_driver::pc_file::drive_content;
-use ts3100_proto::name::NameError;
 use ts3100_proto::status::pr::three_decimals;
-use ts3100_proto::words::did_you_mean;
 use ts3100_recording::program_test::{LIMIT, Place, Placed, ProgramTest, TOLERANCE, TestPosition, Then};
 use ts3100_recording::scenario::{StepTrigger, Verdict};
 
@@ -99,13 +98,7 @@ enum Mismatch {
     #[error("expected {expected}, found {found}")]
     Value { expected: String, found: String },
     #[error(transparent)]
-    Name(#[from] NameError),
-    #[error("there is none of this name{hint}")]
-    Missing { hint: String },
-    #[error("it is an array; name an element, as in `A(2)`")]
-    Array,
-    #[error("it has no value")]
-    Undefined,
+    None(#[from] ValueError),
 }
 
 /// Runs a test.
@@ -126,6 +119,7 @@ pub fn run(subject: &Subject, test: &ProgramTest, interrupted: &AtomicBool) -> R
         source: drive_content(subject.source.as_bytes(), subject.config.options.line_end),
         records: records.collect(),
         lines_on: Vec::new(),
+        position: test.position.as_ref().map(|position| position.value.clone()),
         scenario: Some(test.scenario.clone()),
         call: test.call.as_ref().map(|call| call.value.clone()),
         trace: true,
@@ -142,6 +136,12 @@ pub fn run(subject: &Subject, test: &ProgramTest, interrupted: &AtomicBool) -> R
         // A program that cannot be started in this state is a result.
         Err(RunError::Start(reason)) => {
             seen.fail(test.place, reason);
+            return Ok(seen.result(Duration::ZERO));
+        }
+        Err(RunError::Position(reason)) => {
+            let position = test.position.as_ref();
+            let place = position.map_or(test.place, |position| position.place);
+            seen.fail(place, reason.to_string());
             return Ok(seen.result(Duration::ZERO));
         }
         report => report?,
@@ -217,7 +217,7 @@ impl Seen {
         self.failures.push(Failure { place, message });
     }
 
-    /// A line of an action or expectation; 0 stands for what has none.
+    /// Fails at the line of an action or expectation; one without a line has 0.
     fn fail_at_line(&mut self, line: usize, message: String) {
         let place = match line {
             0 => self.place,
@@ -406,26 +406,6 @@ fn compare_variable(controller: &Controller, name: &str, expected: &[f64]) -> Re
     Err(Mismatch::Value { expected, found })
 }
 
-/// The numbers of a variable.
-fn numbers_of(controller: &Controller, name: &str) -> Result<Vec<f64>, Mismatch> {
-    let Some(view) = controller.variable(name)? else {
-        let known: Vec<String> = controller.variables().into_iter().map(|view| view.name).collect();
-        let upper = format!(".{}", name.to_ascii_uppercase());
-        // A variable of a program is named with it.
-        let own = known.iter().find(|known| known.ends_with(&upper));
-        let hint = match own {
-            Some(own) => format!("; did you mean `{own}`?"),
-            None => did_you_mean(name, known.iter().map(String::as_str)),
-        };
-        return Err(Mismatch::Missing { hint });
-    };
-    if !view.bounds.is_empty() {
-        return Err(Mismatch::Array);
-    }
-    let value = view.value.ok_or(Mismatch::Undefined)?;
-    Ok(value.iter().map(|number| number.as_f64()).collect())
-}
-
 fn listed(numbers: &[f64]) -> String {
     let numbers: Vec<String> = numbers.iter().map(ToString::to_string).collect();
     match numbers.as_slice() {
@@ -439,21 +419,15 @@ fn judge_position(then: &Then, report: &RunReport, seen: &mut Seen) {
         return;
     };
     let arm = report.arm.world_values();
-    let (name, expected) = match value {
-        TestPosition::Coordinates(expected) if expected.len() > arm.len() => {
-            let (most, found) = (arm.len(), expected.len());
-            let message = format!("position: expected at most {most} coordinates, found {found}");
-            return seen.fail(*place, message);
-        }
-        TestPosition::Coordinates(expected) => (String::new(), expected.clone()),
-        TestPosition::Named(name) => match numbers_of(&report.controller, name) {
-            // The configuration is last.
-            Ok(numbers) if numbers.len() == arm.len() + 1 => {
-                (format!("{name} "), numbers.into_iter().take(arm.len()).collect())
-            }
-            Ok(_) => return seen.fail(*place, format!("position: {name} is not a point")),
-            Err(reason) => return seen.fail(*place, format!("position {name}: {reason}")),
-        },
+    let mut expected = match coordinates_of(&report.controller, value) {
+        Ok(expected) => expected,
+        Err(reason) => return seen.fail(*place, reason.to_string()),
+    };
+    // The configuration of a point is not compared.
+    expected.truncate(arm.len());
+    let name = match value {
+        TestPosition::Named(name) => format!("{name} "),
+        TestPosition::Coordinates(_) => String::new(),
     };
     let tolerance = then.tolerance.unwrap_or(TOLERANCE);
     let is_off = |(at, (expected, found)): (usize, (&f64, &f64))| {

@@ -72,6 +72,8 @@ pub struct ProgramTest {
     pub call: Option<Placed<String>>,
     /// Records for INPUT by channel.
     pub records: BTreeMap<String, Placed<Vec<String>>>,
+    /// Where the arm is at the start; otherwise in its ready posture.
+    pub position: Option<Placed<TestPosition>>,
     /// What happens: variables and input lines at the start, then what is planned.
     pub scenario: Scenario,
     /// Longest run in virtual time; otherwise [`LIMIT`].
@@ -100,7 +102,7 @@ pub struct Then {
     pub ending: Option<Placed<String>>,
 }
 
-/// Where the arm has to be.
+/// Where the arm is, or has to be.
 #[derive(Debug, Clone, PartialEq)]
 pub enum TestPosition {
     /// At a point of DATA, GLOBAL or the taught points.

@@ -241,6 +241,43 @@ fn a_file_that_cannot_be_tested_names_its_key() {
     }
 }
 
+/// The arm begins where the test says, within the limits of its model.
+#[test]
+fn the_arm_is_placed_before_the_start() {
+    let test = |name: &str, more: &str| format!("[[test]]\nname = \"{name}\"\ncall = \"LOOK()\"\n{more}\n");
+    let tests = test("ready", "then.position = [408.509, 0]")
+        + &test(
+            "first coordinates",
+            "given.position = [400, 30]\nthen.position = [400, 30]",
+        )
+        + &test("a point", "given.position = \"P1\"\nthen.position = \"P1\"")
+        + &test(
+            "a given point",
+            "given.position = \"P1\"\ngiven.variables.P1 = [350, 10, 200, 0, 0, 0, 0, 0, 0]\nthen.position = [350, 10, 200, 0, 0, 0]",
+        );
+    let look = "PROGRAM LOOK\nDELAY 0.1\nEND\nDATA\n";
+    let (directory, file) = folder(&tests);
+    directory.file("pallet.scol", PALLET.replace("DATA\n", look));
+    let output = run(&["test", &file]);
+    assert_eq!(output.status.code(), Some(0), "{}", stdout(&output));
+    let tests = test("far", "given.position = [4000, 0, 200]")
+        + &test("many", "given.position = [1, 2, 3, 4, 5, 6, 7, 8, 9]")
+        + &test("unknown", "given.position = \"P2\"")
+        + &test("no point", "given.position = \"COUNT\"");
+    directory.file("pallet.test.toml", &tests);
+    let output = run(&["test", &file]);
+    expect_code(&output, 1);
+    let text = stdout(&output);
+    for line in [
+        "pallet.test.toml:4: cannot place the arm: reach: expected ",
+        "pallet.test.toml:8: position: expected at most 8 coordinates, found 9\n",
+        "pallet.test.toml:12: position P2: there is none of this name\n",
+        "pallet.test.toml:16: position: COUNT is not a point\n",
+    ] {
+        assert!(text.contains(line), "{line}\n{text}");
+    }
+}
+
 /// A word of an ending is explained where it is met, with what to do, and on the page.
 #[test]
 fn an_ending_explains_itself() {

@@ -16,7 +16,7 @@ use crate::robot::Robot;
 use bytes::Bytes;
 use core::fmt::Display;
 use core::time::Duration;
-use scol_mini::{AccessError, ValueKind};
+use scol_mini::{AccessError, Position, ValueKind};
 use ts3100_proto::command::{Number, VariableKind, VariableWrite};
 use ts3100_proto::name::{FileName, VariableName};
 use ts3100_proto::words::Word;
@@ -214,6 +214,35 @@ impl Robot {
             .map(|value| Number::Real(steps(value)))
             .collect();
         self.set_variable(name, values, restore)
+    }
+
+    /// See [`Controller::place_arm`](crate::Controller::place_arm).
+    pub(crate) fn place_arm(&mut self, world: &[f64]) -> ActionResult {
+        let refused = |reason: &dyn Display| ActionError::cannot("arm", "place the arm", reason);
+        if self.arm.is_moving() || self.executor.is_running() {
+            return Err(refused(&"it is under way; stop the program first"));
+        }
+        let conditions = self.executor.memory().conditions();
+        let frames = Frames::new(conditions);
+        let mut numbers = self.arm.pose(self.context.now, conditions).world_values();
+        let (most, kind) = (numbers.len(), self.arm.kind());
+        if world.len() > most + 1 {
+            let found = world.len();
+            return Err(refused(&format_args!(
+                "expected at most {most} coordinates, found {found}"
+            )));
+        }
+        // A configuration of 0 leaves the posture open.
+        numbers.push(0.0);
+        for (number, given) in numbers.iter_mut().zip(world) {
+            *number = *given;
+        }
+        let Some(position) = Position::from_listed(kind, &numbers) else {
+            return Err(refused(&"expected a configuration such as 11111 at the end"));
+        };
+        self.arm
+            .place(&position, &frames)
+            .map_err(|reason| refused(&reason))
     }
 
     pub(crate) fn put_file(&self, name: &str, content: &[u8]) -> Result<Option<Change>, ActionError> {

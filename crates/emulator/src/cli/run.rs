@@ -201,6 +201,7 @@ pub(super) fn request(args: &RunArgs, source: &str, config: &Config) -> anyhow::
         source: drive_content(source.as_bytes(), config.options.line_end),
         records: read_records(&args.input, is_stdin(&args.file))?,
         lines_on: args.din.clone(),
+        position: None,
         call: None,
         trace: args.trace,
         profile: args.profile,

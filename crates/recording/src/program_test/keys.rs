@@ -63,6 +63,8 @@ pub const TABLES: [Table; 6] = [
             key("variables", KeyValue::Variables)
                 .means("variables of GLOBAL, points of DATA and taught points with their values; a position has the numbers of MW"),
             key("inputs", KeyValue::Lines).means("numbers of inputs that are on"),
+            key("position", KeyValue::Place)
+                .means("where the arm is: the name of a point, or the first coordinates in the world; default: the ready posture of `model`"),
             key("records", KeyValue::Table).means("records for INPUT by channel"),
         ],
         required: &[],

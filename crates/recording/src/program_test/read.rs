@@ -62,6 +62,14 @@ fn place(text: &str, at: usize) -> Place {
     }
 }
 
+/// The state before the start.
+#[derive(Default)]
+struct Given {
+    start: Start,
+    records: BTreeMap<String, Placed<Vec<String>>>,
+    position: Option<Placed<TestPosition>>,
+}
+
 /// The file that is read.
 struct Reader<'a> {
     path: &'a Path,
@@ -133,10 +141,10 @@ impl Reader<'_> {
             name: name.clone(),
             ..Scenario::default()
         };
-        let mut records = BTreeMap::new();
-        if let Some(given) = table.get("given") {
-            (scenario.start, records) = self.given(sub_table(&TABLES, "test.given", given)?)?;
-        }
+        let given = table.get("given");
+        let given = given.map(|given| self.given(sub_table(&TABLES, "test.given", given)?));
+        let given = given.transpose()?.unwrap_or_default();
+        scenario.start = given.start;
         if let Some(list) = table.get("at") {
             for value in array(list)? {
                 let step = Step::parse(&string(value)?).map_err(|error| wrong_words(value, error))?;
@@ -161,15 +169,15 @@ impl Reader<'_> {
             name,
             place: place(self.text, span.start),
             call: call.transpose()?,
-            records,
+            records: given.records,
+            position: given.position,
             scenario,
             limit: limit.transpose()?,
             then: then.transpose()?.unwrap_or_default(),
         })
     }
 
-    /// The state before the start, and the records by channel.
-    fn given(&self, table: &DeTable<'_>) -> ReadResult<(Start, BTreeMap<String, Placed<Vec<String>>>)> {
+    fn given(&self, table: &DeTable<'_>) -> ReadResult<Given> {
         let mut start = Start::default();
         let mut add = |value, words: &str| -> ReadResult<()> {
             start.actions.push(action(self.text, value, words)?);
@@ -185,7 +193,13 @@ impl Reader<'_> {
         }
         let records = table.get("records");
         let records = records.map(|value| self.channels("test.given.records", value));
-        Ok((start, records.transpose()?.unwrap_or_default()))
+        let place = table.get("position");
+        let place = place.map(|value| self.placed(value, position(value)?));
+        Ok(Given {
+            start,
+            records: records.transpose()?.unwrap_or_default(),
+            position: place.transpose()?,
+        })
     }
 
     fn then(&self, table: &DeTable<'_>) -> ReadResult<Then> {
