@@ -83,6 +83,56 @@ def surveys():
     yield "stopped", (head + "\n[delays]\nms = [0.0, 0.5, 1.5, 2.0, 9.0]\n").encode()
 
 
+def program_tests():
+    """Files of tests of the program in src/program_test.rs: one with every key, and one for each way a test ends."""
+    every = """program = "main.scol"
+model = "tv800"
+points = "points.csv"
+options = ["io.field_bus=present"]
+[[test]]
+name = "every key"
+call = "PUT(2, SIZE)"
+limit = "100 ms"
+at = ["1 ms: input 5 on", "2 ms: override 50"]
+[test.given]
+position = [400, 0, 200]
+variables = { COUNT = 4, "GRID(1,1)" = 2, P1 = [400, 5, 200, 0, 0, 0, 0, 0, 11111] }
+inputs = [5]
+records = { tp = ["1"], com1 = ["2"], ip1 = ["3", "4"], ip2 = [] }
+[[test.do]]
+when = "output 8 on"
+after = "1 ms"
+times = 2
+actions = ["input 5 off", "channel IP1 inject 4<CR>"]
+[[test.expect]]
+name = "comes"
+what = "printed IP1"
+after = "input 5 on"
+within = "10 ms"
+times = 1
+[[test.never]]
+what = "alarm"
+until = "output 8 on"
+[test.then]
+printed = { ip1 = ["DONE           2"] }
+outputs-on = [8]
+outputs-off = [9]
+variables = { COUNT = 6, "MAIN.T" = 1 }
+position = "P1"
+tolerance = 0.5
+alarm = "2-046"
+within = "1 s"
+ending = "alarm"
+"""
+    yield "every", every.encode()
+    main = 'name = "main"\nat = ["1 ms: %s"]\n'
+    for name, test in [("end", main % "input 5 on"), ("stuck", main % "input 6 on"), ("off", main % "power off"),
+                       ("alarm", main % "alarms raise 2-046"), ("stopped", main % "program stop"), ("call", 'name = "asks"\ncall = "ASK(COUNT)"\n'),
+                       ("out", 'name = "asks"\ncall = "ASK(3)"\ngiven.records.ip1 = []\nthen.ending = "out-of-input"\n'),
+                       ("again", main % "input 5 on" + '[[test.do]]\nwhen = "idle"\ntimes = 0\nactions = ["program start"]\n')]:
+        yield name, b"[[test]]\n" + test.encode()
+
+
 # What `tap` writes of a robot: SF of six axes would be long, SU tells enough to begin with.
 ROBOT = b"""origin: observed, ts3100 tap 0.1.0 in front of 192.168.0.124
 ! connect IP0 192.168.0.2
@@ -161,7 +211,7 @@ def sessions():
 
 def main(folder):
     folder = pathlib.Path(folder)
-    for name in ["front", "run", "cell", "protocol", "parameters", "snapshot", "rfc2217", "control", "recording", "survey", "trace", "lsp", "dap", "canary"]:
+    for name in ["front", "run", "cell", "protocol", "parameters", "snapshot", "rfc2217", "control", "recording", "survey", "trace", "lsp", "dap", "program_test", "canary"]:
         (folder / name).mkdir(parents=True, exist_ok=True)
     for path in sorted((ROOT / "fixtures/scol").glob("*/*.scol")):
         name, source = f"{path.parent.name}-{path.stem}", path.read_text()
@@ -190,6 +240,10 @@ def main(folder):
         (folder / "lsp" / name).write_bytes(messages)
     for name, messages in debugging():
         (folder / "dap" / name).write_bytes(messages)
+    for path in sorted((ROOT / "fixtures/scol/cookbook").glob("*.test.toml")):
+        (folder / "program_test" / path.name.split(".")[0]).write_bytes(path.read_bytes())
+    for name, file in program_tests():
+        (folder / "program_test" / name).write_bytes(file)
     for name, file in surveys():
         (folder / "survey" / name).write_bytes(file)
     for path in sorted((ROOT / "fuzz/parameters").glob("*.par")):

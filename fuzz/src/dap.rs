@@ -41,6 +41,7 @@ impl Launcher for Programs {
             source: PROGRAM.into(),
             records: BTreeMap::new(),
             lines_on: Vec::new(),
+            position: None,
             scenario: None,
             call: None,
             trace: false,

@@ -11,6 +11,7 @@ pub mod dap;
 pub mod front;
 pub mod lsp;
 pub mod parameters;
+pub mod program_test;
 pub mod protocol;
 pub mod recording;
 pub mod rfc2217;

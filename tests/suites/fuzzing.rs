@@ -24,13 +24,14 @@ const MAX_INPUTS: usize = 120;
 type Target = fn(&[u8]);
 
 /// Every target but `canary`, whose defect is planted.
-const TARGETS: [(&str, Target); 13] = [
+const TARGETS: [(&str, Target); 14] = [
     ("cell", targets::cell::check),
     ("control", targets::control::check),
     ("dap", targets::dap::check),
     ("front", targets::front::check),
     ("lsp", targets::lsp::check),
     ("parameters", targets::parameters::check),
+    ("program_test", targets::program_test::check),
     ("protocol", targets::protocol::check),
     ("recording", targets::recording::check),
     ("rfc2217", targets::rfc2217::check),
@@ -77,6 +78,7 @@ replays! {
     the_corpus_of_front_holds: "front";
     the_corpus_of_lsp_holds: "lsp";
     the_corpus_of_parameters_holds: "parameters";
+    the_corpus_of_program_test_holds: "program_test";
     the_corpus_of_protocol_holds: "protocol";
     the_corpus_of_recording_holds: "recording";
     the_corpus_of_rfc2217_holds: "rfc2217";
