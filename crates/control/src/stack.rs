@@ -42,7 +42,7 @@ pub struct ProgramStop {
     reason: &'static str,
     /// The task that it concerns, 1 the main program.
     task: u16,
-    /// File line of that task.
+    /// File line of that task; after `alarm`, that of the statement at fault.
     line: u32,
     /// Why the condition of the breakpoint has no value; absent if it has one.
     #[serde(skip_serializing_if = "Option::is_none")]

@@ -371,6 +371,9 @@ pub struct Stopped {
     pub reason: StopReason,
     /// The task it concerns, 1 the main program.
     pub task: u16,
+    /// File line of the statement whose alarm stopped it. The task may be at the next one: a statement at fault is given up.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub line: Option<u32>,
     /// Why the condition of its breakpoint has no value.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub fault: Option<String>,

@@ -76,7 +76,7 @@ pub struct TaskStack {
 pub struct CallView {
     /// The program that was called.
     pub program: String,
-    /// The file line at which it is.
+    /// The file line at which it is; after an alarm, that of the statement at fault.
     pub line: u32,
     /// Its parameters and variables.
     pub locals: Vec<VariableView>,
@@ -144,6 +144,11 @@ impl Controller {
         self.robot.executor.stopped()
     }
 
+    /// The alarm that stops the program, from when it is raised until the next start or reset.
+    pub fn alarm_stop(&self) -> Option<&Stopped> {
+        self.robot.executor.alarm_stop()
+    }
+
     /// Execution status, as SU and SF show it.
     pub fn status(&self) -> ExecutionStatus {
         self.robot.executor.shown_status()
@@ -178,7 +183,12 @@ impl Controller {
         let executor = &self.robot.executor;
         let memory = executor.memory();
         let stacks = executor.program_tasks().map(|task| {
-            let view = task.view(executor.program_runs());
+            let mut view = task.view(executor.program_runs());
+            // The statement at fault was given up, so the task is at the next one. Who looks wants to see the fault.
+            let alarm = executor.alarm_stop().filter(|alarm| alarm.task == view.id);
+            if let (Some(line), Some((_, at))) = (alarm.and_then(|alarm| alarm.line), view.calls.last_mut()) {
+                *at = line;
+            }
             let machines = task.parts().map(Task::machine);
             let has_action = task.parts().count() > 1;
             let locals = machines.flat_map(|machine| {

@@ -93,8 +93,12 @@ impl Breakpoints {
             }
         }
         if let Some((reason, fault)) = stop {
-            let task = begun.task;
-            self.note_stop(Stopped { reason, task, fault });
+            self.note_stop(Stopped {
+                reason,
+                task: begun.task,
+                line: None,
+                fault,
+            });
             return true;
         }
         if let Some(Target::Step(step)) = &mut self.target
@@ -117,17 +121,23 @@ impl Breakpoints {
         self.target == Some(Target::NextStep)
     }
 
-    /// The program is to stop: the first reason is the one that counts, but for an alarm.
+    /// The program is to stop: the first reason is the one that counts, but an alarm counts more than another reason.
     fn note_stop(&mut self, stopped: Stopped) {
-        if self.stopped.is_none() || stopped.reason == StopReason::Alarm {
+        let is_alarm = |stopped: &Stopped| stopped.reason == StopReason::Alarm;
+        let counts = |before: &Stopped| is_alarm(&stopped) && !is_alarm(before);
+        if self.stopped.as_ref().is_none_or(counts) {
             self.stopped = Some(stopped);
         }
     }
 
     /// The same of a stop that concerns no task but the main program.
     pub(crate) fn note_stop_of_program(&mut self, reason: StopReason) {
-        let (task, fault) = (MAIN_TASK, None);
-        self.note_stop(Stopped { reason, task, fault });
+        self.note_stop(Stopped {
+            reason,
+            task: MAIN_TASK,
+            line: None,
+            fault: None,
+        });
     }
 
     /// The file was replaced: its lines are new ones.
@@ -141,6 +151,11 @@ impl Breakpoints {
         if let Some(Target::Line(line)) = &mut self.target {
             *line = moved(*line);
         }
+        let fault = self
+            .stopped
+            .iter_mut()
+            .filter_map(|stopped| stopped.line.as_mut());
+        fault.for_each(|line| *line = moved(*line));
     }
 
     /// Whether a run can have these breakpoints; for a snapshot.
@@ -220,6 +235,24 @@ impl Executor {
         if self.program_runs() {
             self.breakpoints.note_stop_of_program(reason);
         }
+    }
+
+    /// The running program is to stop for an alarm of this task, of the statement on this file line.
+    pub(crate) fn note_alarm(&mut self, task: u16, line: Option<u32>) {
+        if self.program_runs() {
+            self.breakpoints.note_stop(Stopped {
+                reason: StopReason::Alarm,
+                task,
+                line,
+                fault: None,
+            });
+        }
+    }
+
+    /// The alarm that stops the program, from when it is raised until the next start or reset.
+    pub(crate) fn alarm_stop(&self) -> Option<&Stopped> {
+        let stopped = self.breakpoints.stopped.as_ref();
+        stopped.filter(|stopped| stopped.reason == StopReason::Alarm)
     }
 
     /// Forgets why the program stopped: it starts, or is at its first step.

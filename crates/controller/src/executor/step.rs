@@ -4,7 +4,7 @@ use crate::alarm::{self, AlarmCode};
 use crate::port::Port;
 use crate::prelude::*;
 use bytes::Bytes;
-use scol_mini::FaultKind;
+use scol_mini::{Fault, FaultKind};
 
 /// How far a task came.
 pub(crate) enum Step {
@@ -39,12 +39,35 @@ pub(crate) enum Step {
     /// The main program, or the statement of DO, has ended.
     Ended,
     /// Something went wrong; the detail says what and where.
-    Alarm(AlarmCode, String),
+    Alarm {
+        code: AlarmCode,
+        /// File line of the statement at fault; `None` if it is not the one that the task is at.
+        line: Option<u32>,
+        detail: String,
+    },
 }
 
 impl Step {
     /// A statement without motion has ended.
     pub(crate) const DONE: Step = Step::Done { motion: false };
+
+    /// The alarm of a statement.
+    pub(crate) fn fault(fault: &Fault) -> Step {
+        Step::Alarm {
+            code: alarm_of(fault.kind),
+            line: Some(fault.line),
+            detail: format!("{fault}"),
+        }
+    }
+
+    /// The alarm of a monitor: its ON may be in another call than the statement that it interrupts.
+    pub(crate) fn monitor_fault(fault: &Fault) -> Step {
+        Step::Alarm {
+            code: alarm_of(fault.kind),
+            line: None,
+            detail: format!("{fault}"),
+        }
+    }
 
     /// Replaces `Done` by `next`; other steps are unchanged.
     pub(crate) fn then(self, next: Step) -> Step {
@@ -57,7 +80,7 @@ impl Step {
 }
 
 /// The alarm of a fault of the program.
-pub(crate) fn alarm_of(kind: FaultKind) -> AlarmCode {
+fn alarm_of(kind: FaultKind) -> AlarmCode {
     match kind {
         FaultKind::DivisionByZero => alarm::DIVISION_BY_ZERO,
         FaultKind::Undefined => alarm::UNDEFINED_VARIABLE,

@@ -3,7 +3,7 @@
 //! How tasks take turns is in `scheduler`.
 
 use super::scol_inputs::ScolInputs;
-use super::step::{Step, alarm_of};
+use super::step::Step;
 use crate::alarm::AlarmCode;
 use crate::limits::{SCAN, STATEMENTS_PER_SCAN};
 use crate::options::WaitAfterStop;
@@ -397,7 +397,7 @@ impl Task {
     /// A statement that cannot be executed is given up; its alarm of level 2 stops the program after it.
     pub(crate) fn fail(&mut self, fault: &Fault) -> Step {
         self.machine.skip();
-        Step::Alarm(alarm_of(fault.kind), format!("{fault}"))
+        Step::fault(fault)
     }
 
     /// The same, with a reason of the robot.
@@ -409,7 +409,12 @@ impl Task {
 
     /// The current statement has a fault and stays current.
     pub(crate) fn alarm(&self, code: AlarmCode, reason: impl Display) -> Step {
-        Step::Alarm(code, format!("line {}: {reason}", self.line()))
+        let line = self.line();
+        Step::Alarm {
+            code,
+            line: Some(line),
+            detail: format!("line {line}: {reason}"),
+        }
     }
 
     /// Ends the present step for a stop, if that is possible now; returns whether the task is between steps, or waits
@@ -504,7 +509,7 @@ impl Task {
     pub(crate) fn end_handler(&mut self, handler: &Task) -> Step {
         match self.machine.end_handler(&handler.machine) {
             Ok(()) => Step::DONE,
-            Err(fault) => Step::Alarm(alarm_of(fault.kind), format!("{fault}")),
+            Err(fault) => Step::monitor_fault(&fault),
         }
     }
 

@@ -60,7 +60,7 @@ impl Robot {
                 self.executor.put_direct(direct);
             }
             Step::Stopped | Step::Ended => self.leave_direct(&direct),
-            Step::Alarm(code, detail) => {
+            Step::Alarm { code, detail, .. } => {
                 self.raise(code, detail);
                 self.leave_direct(&direct);
             }

@@ -218,7 +218,11 @@ impl Robot {
         // The statement is over first: RN after the alarm of level 2 goes on with the next one.
         let step = self.executor.done(task);
         match self.context.config.options.no_peer {
-            NoPeer::Alarm => step.then(Step::Alarm(alarm::INVALID_CHANNEL, message)),
+            NoPeer::Alarm => step.then(Step::Alarm {
+                code: alarm::INVALID_CHANNEL,
+                line: Some(line),
+                detail: message,
+            }),
             NoPeer::Silent => step,
         }
     }

@@ -78,6 +78,14 @@ impl Robot {
         self.context.outputs.event(self.panel.servo_off());
     }
 
+    /// Raises the alarm of a task of the program, of the statement on this file line.
+    pub(crate) fn raise_in(&mut self, task: u16, line: Option<u32>, code: AlarmCode, detail: String) {
+        if code.level != AlarmLevel::L1 {
+            self.executor.note_alarm(task, line);
+        }
+        self.raise(code, detail);
+    }
+
     /// Raises an alarm and lets its level act (D6). Events come in the order of cause and effect: alarm, stop, servo off.
     pub(crate) fn raise(&mut self, code: AlarmCode, detail: String) {
         let at = self.context.calendar();

@@ -4,7 +4,7 @@
 //! and `panel`.
 
 use crate::executor::scol_inputs::ScolInputs;
-use crate::executor::step::{Step, alarm_of};
+use crate::executor::step::Step;
 use crate::executor::{MAIN_TASK, RunState, Standstill, StopCause, Task, TaskState};
 use crate::inspection::StopReason;
 use crate::options::UnknownInput;
@@ -157,7 +157,7 @@ impl Robot {
                 self.between_steps(false);
                 self.end_task(id);
             }
-            Step::Alarm(code, detail) => self.raise(code, detail),
+            Step::Alarm { code, line, detail } => self.raise_in(id, line, code, detail),
         }
         Turn::Taken
     }
@@ -250,7 +250,7 @@ impl Robot {
                 task.put_handler(Box::new(Task::new(*machine, self.context.now)));
                 Some(Step::Begun)
             }
-            Err(fault) => Some(Step::Alarm(alarm_of(fault.kind), format!("{fault}"))),
+            Err(fault) => Some(Step::monitor_fault(&fault)),
         }
     }
 

@@ -5,7 +5,7 @@
 //! continue the step is taken once more with a later place to halt at. To go back, an earlier copy is played forward.
 
 use super::debuggee::{
-    Abilities, Debuggee, Goal, Progress, Refusal, Said, Scene, Source, Stop, StopReason, placed,
+    Abilities, Debuggee, Goal, MAIN_TASK, Progress, Refusal, Said, Scene, Source, Stop, StopReason, placed,
 };
 use std::mem;
 use ts3100_controller::inspection::{Assignment, Begun, Breakpoint, Halt, HaltReason, Inspection, Target};
@@ -268,9 +268,12 @@ impl<C: Course> Timeline<C> {
         self.said_of_step = 0;
         let raised = run.controller().alarms().active();
         let raised = raised.iter().find(|alarm| !alarms.contains(alarm));
-        let alarm = raised.map(|alarm| StopReason::Alarm {
-            number: alarm.code.number(),
-            text: alarm.message(),
+        let alarm = raised.map(|alarm| Stop {
+            reason: StopReason::Alarm {
+                number: alarm.code.number(),
+                text: alarm.message(),
+            },
+            task: run.controller().alarm_stop().map_or(MAIN_TASK, |stop| stop.task),
         });
         self.base = Place {
             run,
@@ -279,10 +282,10 @@ impl<C: Course> Timeline<C> {
         self.steps += 1;
         self.keyframes.note(self.steps, &self.base);
         match (alarm.filter(|_| self.stops_on_alarm), ending) {
-            (Some(reason), ending) => {
+            (Some(stop), ending) => {
                 self.stand();
                 self.going = ending.map_or(Going::Forward, Going::Over);
-                Progress::Stopped(Stop::of_program(reason))
+                Progress::Stopped(stop)
             }
             (None, Some(ending)) => self.over(ending),
             (None, None) => Progress::Going,

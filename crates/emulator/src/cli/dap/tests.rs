@@ -273,8 +273,24 @@ fn an_alarm_stops_with_its_cause() {
     assert_eq!(stop["body"]["reason"], "exception");
     let info = editor.ask("exceptionInfo", &json!({ "threadId": 1 }));
     assert_eq!(info["exceptionId"], "2-101");
+    assert_eq!(editor.calls(1), [call("MAIN", 11)], "the statement at fault");
     assert!(editor.said().contains("DONE           3"));
     assert_eq!(editor.go("continue")["event"], "terminated");
+}
+
+#[test]
+fn an_alarm_of_a_task_stops_in_its_statement() {
+    let mut editor = Editor::new();
+    let program = "PROGRAM MAIN\n  T = TASK(\"BELT\")\n  DELAY 5\nEND\nPROGRAM BELT\n  N = 0\n  PART(N)\nEND\nPROGRAM PART(N)\n  \
+                   M = 1 / N\n\n  M = 2\n  RETURN\nEND\n";
+    let path = editor.file("belt.scol", program);
+    let stop = editor.start(&json!({ "program": path }), &path, &json!([]));
+    assert_eq!(
+        (&stop["body"]["reason"], &stop["body"]["threadId"]),
+        (&json!("exception"), &json!(2))
+    );
+    assert_eq!(editor.calls(2), [call("PART", 10), call("BELT", 7)]);
+    assert_eq!(editor.calls(1), [call("MAIN", 3)]);
 }
 
 #[test]

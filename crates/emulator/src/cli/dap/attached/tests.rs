@@ -21,8 +21,12 @@ struct Cell {
 
 impl Cell {
     fn new() -> Cell {
+        Cell::with(PROGRAM)
+    }
+
+    fn with(program: &str) -> Cell {
         let emulator = Emulator::builder()
-            .file("TEST", PROGRAM)
+            .file("TEST", program)
             .select("TEST")
             .servo_on(true)
             .time(TimeMode::Stepped)
@@ -225,6 +229,19 @@ fn a_program_that_was_paused_continues_when_the_debugger_leaves() {
     assert_eq!(cell.text(), "SP\r");
     editor.done("disconnect", &json!({}));
     assert_eq!(cell.emulator.status().unwrap().as_str(), "running");
+}
+
+#[test]
+fn an_alarm_stops_at_the_statement_at_fault() {
+    let cell = Cell::with(
+        "PROGRAM TEST\nDELAY 1\nN = 0\nPART(N)\nEND\nPROGRAM PART(N)\nM = 1 / N\n\nM = 2\nRETURN\nEND\n",
+    );
+    let mut editor = Editor::new();
+    editor.attach(&cell);
+    editor.done("configurationDone", &json!({}));
+    cell.advance(1.5);
+    assert_eq!(editor.stop(), stopped("exception", &["PART 7", "TEST 4"]));
+    editor.done("disconnect", &json!({}));
 }
 
 #[test]
