@@ -116,6 +116,7 @@ call! {
     ///
     /// The program stops before each of these lines, as after STOP. A line without a statement is replaced by the next line
     /// with one; the response has the lines that were set. A rule gives a line a condition, a count of hits, or a message.
+    /// One with an expression that does not compile in its line is refused, and nothing changes.
     /// POST /program/start continues. Selecting another file removes them. The robot has no such function; an emulator has.
     put_breakpoints = put("/breakpoints", request_body = Breakpoints, responses((status = 200, body = Breakpoints)))
 }

@@ -13,7 +13,7 @@ use crate::listed::listed;
 use crate::prelude::*;
 use core::fmt;
 use core::str::FromStr;
-use scol_mini::{Arm, Inputs, Machine, Memory, ProbeError, Value};
+use scol_mini::{Arm, Inputs, Machine, Memory, ProbeError, Program, Value};
 
 /// Most statements that one inspection lists.
 pub const MAX_LISTED: usize = 1_000_000;
@@ -199,16 +199,40 @@ impl Breakpoint {
         texts.all(|text| text.len() <= MAX_BREAKPOINT_TEXT)
     }
 
-    /// Takes the hits of the same breakpoint among those that were set before: setting all of them again restarts no count.
-    pub fn resume(&mut self, before: &[Breakpoint]) {
-        let same = |old: &&Breakpoint| {
-            let hit = self.hit;
+    /// The same breakpoint among others, whatever its hits.
+    pub(crate) fn find_in<'a>(&self, others: &'a [Breakpoint]) -> Option<&'a Breakpoint> {
+        let hit = self.hit;
+        let same = |other: &&Breakpoint| {
             Breakpoint {
                 hit,
-                ..(*old).clone()
+                ..(*other).clone()
             } == *self
         };
-        self.hit = before.iter().find(same).map_or(0, |old| old.hit);
+        others.iter().find(same)
+    }
+
+    /// Takes the hits of the same breakpoint among those that were set before: setting all of them again restarts no count.
+    pub fn resume(&mut self, before: &[Breakpoint]) {
+        self.hit = self.find_in(before).map_or(0, |old| old.hit);
+    }
+
+    /// Checks its expressions as the program of its line reads them.
+    ///
+    /// # Errors
+    /// See [`BreakpointError`].
+    pub(crate) fn check(&self, program: &Program) -> Result<(), BreakpointError> {
+        if let Some(condition) = &self.condition {
+            let checked = program.check_expression(self.line, condition);
+            checked.map_err(|error| BreakpointError::Condition(condition.clone(), Box::new(error)))?;
+        }
+        let mut wrong = None;
+        filled(self.message.as_deref().unwrap_or_default(), |text| {
+            if let Err(error) = program.check_expression(self.line, text) {
+                wrong.get_or_insert(BreakpointError::Message(String::from(text), Box::new(error)));
+            }
+            String::new()
+        });
+        wrong.map_or(Ok(()), Err)
     }
 
     /// Counts a hit of a statement that is about to begin, if the condition is true.
@@ -531,6 +555,15 @@ impl Inspection {
         }
         fault.or(reached.then_some(HaltReason::Target))
     }
+}
+
+/// Why a breakpoint cannot be set at its line.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum BreakpointError {
+    #[error("the condition `{0}`: {1}")]
+    Condition(String, Box<ProbeError>),
+    #[error("`{{{0}}}` in the message: {1}")]
+    Message(String, Box<ProbeError>),
 }
 
 /// Why something that was asked of a program has no answer.

@@ -11,7 +11,7 @@ use crate::executor::Task;
 pub use crate::executor::TaskView;
 use crate::faults::Faults;
 use crate::faults::effects::FaultEffects;
-use crate::inspection::{Assignment, Breakpoint, InspectError, Inspection, Stopped};
+use crate::inspection::{Assignment, Breakpoint, BreakpointError, InspectError, Inspection, Stopped};
 use crate::io::line_names::HANDS;
 use crate::io::signals::Signals;
 use crate::listed::listed;
@@ -248,6 +248,14 @@ impl Controller {
     /// The lines of the selected file on which a statement begins, in ascending order.
     pub fn statement_lines(&self) -> Vec<u32> {
         self.robot.executor.program().statement_lines()
+    }
+
+    /// Checks the expressions of a breakpoint as the program of its line reads them.
+    ///
+    /// # Errors
+    /// See [`BreakpointError`].
+    pub fn check_breakpoint(&self, breakpoint: &Breakpoint) -> Result<(), BreakpointError> {
+        breakpoint.check(self.robot.executor.program())
     }
 
     /// From now on every statement is looked at, until the inspection is taken or halts the program.

@@ -31,6 +31,32 @@ pub fn split_assignment(text: &str) -> Option<(&str, &str)> {
     assigns.then(|| (target.trim(), value.trim()))
 }
 
+impl Program {
+    /// Checks an expression as the PROGRAM block with a statement in this file line reads it.
+    ///
+    /// # Errors
+    /// It is not an expression, or has a name that this block does not know.
+    pub fn check_expression(&self, line: u32, text: &str) -> Result<(), ProbeError> {
+        let step = self.steps.iter().position(|step| step.line == line);
+        let block = step.and_then(|step| self.block_of(step));
+        let (_, probe) = compile_probe(text, self, block).map_err(ProbeError::Text)?;
+        match probe {
+            Probe::Value(_) => Ok(()),
+            Probe::Assignment => Err(assigns(text)),
+        }
+    }
+}
+
+/// An assignment was found where an expression has to be.
+fn assigns(text: &str) -> ProbeError {
+    let whole = Span::new(0, text.len());
+    ProbeError::Text(Diagnostic::new(
+        "E0101",
+        whole,
+        "\"=\" assigns; compare with \"==\"",
+    ))
+}
+
 impl Machine {
     /// The value of an expression as the program of an open call reads it.
     ///
@@ -45,9 +71,7 @@ impl Machine {
     ) -> Result<Value, ProbeError> {
         let (program, probe) = self.compiled(call, text)?;
         let Probe::Value(expression) = probe else {
-            let whole = Span::new(0, text.len());
-            let problem = Diagnostic::new("E0101", whole, "\"=\" assigns; compare with \"==\"");
-            return Err(ProbeError::Text(problem));
+            return Err(assigns(text));
         };
         let value = self.at_call(call, &program).operand(&expression, memory, inputs);
         value.map_err(ProbeError::Fault)

@@ -52,11 +52,37 @@ fn a_condition_without_a_value_stops_and_says_why() {
     let robot = running(CALLS);
     robot.put(
         "/breakpoints",
-        r#"{"lines":[],"rules":[{"line":7,"condition":"NN > 1"}]}"#,
+        r#"{"lines":[],"rules":[{"line":7,"condition":"1 / (N - 1) > 0"}]}"#,
     );
     goes_to(&robot, "breakpoint", 7);
     let fault = robot.get("/program/stack")["stopped"]["fault"].clone();
-    assert!(fault.as_str().unwrap().contains("`NN > 1`"), "{fault}");
+    assert!(fault.as_str().unwrap().contains("`1 / (N - 1) > 0`"), "{fault}");
+}
+
+#[test]
+fn an_expression_that_does_not_compile_in_its_line_is_refused() {
+    let robot = running(CALLS);
+    robot.put("/breakpoints", r#"{"lines":[12]}"#);
+    for (rule, told) in [
+        (
+            json!({"line": 7, "condition": "K > 1"}),
+            "cannot set the breakpoint of line 7: the condition `K > 1`: K is never given a value",
+        ),
+        (
+            json!({"line": 7, "message": "{N} of {NN}"}),
+            "cannot set the breakpoint of line 7: `{NN}` in the message: NN is never given a value",
+        ),
+    ] {
+        let body = json!({"lines": [12], "rules": [rule]}).to_string();
+        assert_eq!(robot.refused(409, "PUT", "/breakpoints", &body), told);
+    }
+    assert_eq!(
+        robot.get("/breakpoints"),
+        json!({"lines": [12]}),
+        "nothing has changed"
+    );
+    let body = json!({"lines": [], "rules": [{"line": 11, "condition": "K > 1"}]});
+    robot.put("/breakpoints", &body.to_string());
 }
 
 #[test]

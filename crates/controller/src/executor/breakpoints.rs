@@ -8,7 +8,7 @@ use crate::executor::{Executor, MAIN_TASK, Task};
 use crate::inspection::{self, Begun, Breakpoint, Reached, StopReason, Stopped};
 use crate::limits::MAX_BREAKPOINTS;
 use crate::prelude::*;
-use scol_mini::{Inputs, Memory};
+use scol_mini::{Inputs, Memory, Program};
 
 /// Up to where the program runs once.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
@@ -176,27 +176,30 @@ fn sorted(set: impl Iterator<Item = Breakpoint>) -> Vec<Breakpoint> {
 }
 
 impl Executor {
-    /// Sets the breakpoints, each at the first of these lines with a statement from there on, and ends all others. `Err`
-    /// gives the line for which there is none. One that was set before a download, and is after the end of the file by
-    /// now, ends.
-    pub(crate) fn set_breakpoints(
-        &mut self,
+    /// The breakpoints at their places, each at the first line of this program with a statement from there on. `Err` gives the
+    /// line for which there is none. One that was set before a download, and is after the end of the file by now, is left out.
+    pub(crate) fn found_breakpoints(
+        &self,
         breakpoints: Vec<Breakpoint>,
-        statements: &[u32],
-    ) -> Result<(), u32> {
+        program: Option<&Program>,
+    ) -> Result<Vec<Breakpoint>, u32> {
+        let statements = program.map(Program::statement_lines).unwrap_or_default();
         let before = &self.breakpoints.set;
         let is_set = |line: u32| before.iter().any(|set| set.line == line);
         let found = breakpoints.into_iter().take(MAX_BREAKPOINTS);
-        let found = found.map(|set| (next_statement(statements, set.line), set));
+        let found = found.map(|set| (next_statement(&statements, set.line), set));
         let found = found.filter(|(found, set)| found.is_some() || !is_set(set.line));
         let found = found.map(|(found, mut set)| {
             set.line = found.ok_or(set.line)?;
             set.resume(before);
             Ok(set)
         });
-        let found: Vec<Breakpoint> = found.collect::<Result<_, u32>>()?;
+        found.collect()
+    }
+
+    /// Sets these breakpoints, which are at their places, and ends all others.
+    pub(crate) fn set_breakpoints(&mut self, found: Vec<Breakpoint>) {
         self.breakpoints.set = sorted(found.into_iter());
-        Ok(())
     }
 
     /// Lets the program, which starts now, stop after one step.

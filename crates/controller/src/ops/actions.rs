@@ -37,13 +37,12 @@ impl Robot {
     pub(crate) fn set_breakpoints(&mut self, breakpoints: Vec<Breakpoint>) -> ActionResult {
         let refused =
             |reason: &dyn Display| ActionError::cannot("breakpoints", "set the breakpoints", reason);
-        let mut statements = Vec::new();
+        let mut program = None;
         if !breakpoints.is_empty() {
             self.executor
                 .selected()
                 .ok_or_else(|| refused(&"no file is selected"))?;
-            let program = self.next_program().map_err(|reason| refused(&reason))?;
-            statements = program.statement_lines();
+            program = Some(self.next_program().map_err(|reason| refused(&reason))?);
         }
         let count = breakpoints.len();
         if count > MAX_BREAKPOINTS {
@@ -57,8 +56,20 @@ impl Robot {
             );
             return Err(refused(&reason));
         }
-        let set = self.executor.set_breakpoints(breakpoints, &statements);
-        set.map_err(|line| refused(&no_statement(line)))
+        let program = program.as_deref();
+        let found = self.executor.found_breakpoints(breakpoints, program);
+        let found = found.map_err(|line| refused(&no_statement(line)))?;
+        let before = self.executor.breakpoints().set();
+        for added in found.iter().filter(|set| set.find_in(before).is_none()) {
+            let checked = program.map_or(Ok(()), |program| added.check(program));
+            checked.map_err(|reason| {
+                let line = added.line;
+                let place = format!("line {line}");
+                ActionError::cannot(&place, format!("set the breakpoint of line {line}"), reason)
+            })?;
+        }
+        self.executor.set_breakpoints(found);
+        Ok(())
     }
 
     /// Runs the program until it comes to the line.

@@ -98,15 +98,17 @@ impl Stop {
 }
 
 /// Puts each breakpoint at the first line with a statement from its own on, of these lines in ascending order. Returns those
-/// that have one, and for each breakpoint its line, or why it has none.
+/// that have one and pass the check there, and for each breakpoint its line, or why it is not set.
 pub fn placed(
     breakpoints: Vec<Breakpoint>,
     statement_lines: &[u32],
+    check: impl Fn(&Breakpoint) -> Result<(), Refusal>,
 ) -> (Vec<Breakpoint>, Vec<Result<u32, Refusal>>) {
     let mut set = Vec::new();
     let found = breakpoints.into_iter().map(|mut breakpoint| {
         let next = statement_lines.iter().find(|line| **line >= breakpoint.line);
         breakpoint.line = *next.ok_or_else(|| Refusal::new("no statement follows in the file"))?;
+        check(&breakpoint)?;
         set.push(breakpoint.clone());
         Ok(breakpoint.line)
     });

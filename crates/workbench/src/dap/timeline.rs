@@ -462,7 +462,8 @@ impl<C: Course> Debuggee for Timeline<C> {
     }
 
     fn set_breakpoints(&mut self, breakpoints: Vec<Breakpoint>) -> Vec<Result<u32, Refusal>> {
-        let (mut set, found) = placed(breakpoints, &self.statement_lines());
+        let check = |set: &Breakpoint| self.controller().check_breakpoint(set).map_err(Refusal::new);
+        let (mut set, found) = placed(breakpoints, &self.statement_lines(), check);
         set.iter_mut().for_each(|set| set.resume(&self.breakpoints));
         self.breakpoints = set;
         found

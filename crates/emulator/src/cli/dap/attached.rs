@@ -165,10 +165,19 @@ struct StreamedEvent {
     status: Option<String>,
 }
 
-/// The sentence of a refusal.
+/// A refusal: its sentence, and the place that it is about.
 #[derive(Deserialize)]
 struct Problem {
     error: String,
+    #[serde(rename = "where")]
+    place: Option<String>,
+}
+
+impl Problem {
+    /// The line of the breakpoint that is refused.
+    fn line(&self) -> Option<u32> {
+        self.place.as_deref()?.strip_prefix("line ")?.parse().ok()
+    }
 }
 
 impl Calls {
@@ -183,6 +192,17 @@ impl Calls {
         path: &str,
         body: Option<Value>,
     ) -> Result<T, Refusal> {
+        let answer = self.answer(method, path, body)?;
+        answer.map_err(|problem| Refusal::new(problem.error))
+    }
+
+    /// The answer to a call, or the reason for which the emulator refuses it.
+    fn answer<T: DeserializeOwned>(
+        &self,
+        method: &'static str,
+        path: &str,
+        body: Option<Value>,
+    ) -> Result<Result<T, Problem>, Refusal> {
         let call = self.of_robot(method, path, body);
         let body = call.body.as_ref().map(Value::to_string);
         let answer = self.client.call(call.method, &call.path, body.as_deref());
@@ -190,12 +210,11 @@ impl Calls {
             answer.map_err(|error| Refusal::new(format!("{error}{}", target::advice(&error))))?;
         if status >= 400 {
             let problem = serde_json::from_str::<Problem>(&text);
-            return Err(match problem {
-                Ok(problem) => Refusal::new(problem.error),
-                Err(_) => Refusal::new(format!("{path} was answered with status {status}")),
-            });
+            let problem =
+                problem.map_err(|_| Refusal::new(format!("{path} was answered with status {status}")));
+            return Ok(Err(problem?));
         }
-        serde_json::from_str(&text).map_err(|error| {
+        serde_json::from_str(&text).map(Ok).map_err(|error| {
             Refusal::new(format!(
                 "cannot read the answer of {path}: {error}. Use a `ts3100` of the version of the emulator"
             ))
@@ -368,7 +387,7 @@ impl Attached {
     }
 
     /// Tells the emulator its breakpoints.
-    fn put_breakpoints(&self) -> Result<(), Refusal> {
+    fn put_breakpoints(&self) -> Result<Result<(), Problem>, Refusal> {
         let lines: Vec<u32> = self.breakpoints.iter().map(|set| set.line).collect();
         let ruled = self.breakpoints.iter().filter(|set| !set.is_plain());
         let rules = ruled.map(|set| {
@@ -380,9 +399,8 @@ impl Attached {
             })
         });
         let body = json!({ "lines": lines, "rules": rules.collect::<Vec<_>>() });
-        self.calls
-            .call::<Value>("PUT", "/breakpoints", Some(body))
-            .map(drop)
+        let answer = self.calls.answer::<Value>("PUT", "/breakpoints", Some(body))?;
+        Ok(answer.map(drop))
     }
 
     /// Waits until a stop that was asked for has come, since a start before it has no effect.
@@ -465,21 +483,41 @@ impl Debuggee for Attached {
         // A file that was downloaded since has other lines.
         let read = self.read_source(self.source.name.clone());
         let count = breakpoints.len();
+        let plain: Vec<bool> = breakpoints.iter().map(Breakpoint::is_plain).collect();
         let (set, found) = match &read {
-            Ok(()) => placed(breakpoints, &self.statement_lines),
+            Ok(()) => placed(breakpoints, &self.statement_lines, |_| Ok(())),
             Err(reason) => (Vec::new(), vec![Err(reason.clone()); count]),
         };
         self.breakpoints = set;
-        match self.put_breakpoints() {
-            Ok(()) => found,
-            Err(reason) => {
-                self.breakpoints.clear();
-                found
-                    .into_iter()
-                    .map(|found| found.and(Err(reason.clone())))
-                    .collect()
+        let mut wrong: Vec<(u32, Refusal)> = Vec::new();
+        let refused = loop {
+            let problem = match self.put_breakpoints() {
+                Ok(Ok(())) => break None,
+                Ok(Err(problem)) => problem,
+                Err(reason) => break Some(reason),
+            };
+            // The emulator names the line whose expression it cannot read: the others are set without it.
+            let (count, line) = (self.breakpoints.len(), problem.line());
+            self.breakpoints
+                .retain(|set| set.is_plain() || Some(set.line) != line);
+            let reason = Refusal::new(problem.error);
+            match line {
+                Some(line) if self.breakpoints.len() < count => wrong.push((line, reason)),
+                _ => break Some(reason),
             }
+        };
+        if refused.is_some() {
+            self.breakpoints.clear();
         }
+        let told = found.into_iter().zip(plain).map(|(found, is_plain)| {
+            let line = found?;
+            if let Some(reason) = &refused {
+                return Err(reason.clone());
+            }
+            let wrong = wrong.iter().find(|(at, _)| *at == line && !is_plain);
+            wrong.map_or(Ok(line), |(_, reason)| Err(reason.clone()))
+        });
+        told.collect()
     }
 
     /// An alarm that stops the program cannot be kept from doing so.

@@ -198,6 +198,37 @@ fn a_condition_stops_in_the_call_for_which_it_is_true() {
 }
 
 #[test]
+fn an_expression_that_does_not_compile_is_told_when_its_breakpoint_is_set() {
+    let mut editor = Editor::new();
+    let path = editor.file("pallet.scol", PALLET);
+    editor.ask("launch", &json!({ "program": path }));
+    let breakpoints = json!([
+        { "line": 8, "condition": "ROW == 2" },
+        { "line": 16, "condition": "ROW == 2" },
+        { "line": 9, "condition": "I = 2" },
+        { "line": 15, "logMessage": "row {ROW}, {COUTN}" },
+        { "line": 17, "hitCondition": "3x" },
+    ]);
+    let source = json!({ "path": path });
+    let set = editor.ask(
+        "setBreakpoints",
+        &json!({ "source": source, "breakpoints": breakpoints }),
+    );
+    let told = |at: usize| (&set["breakpoints"][at]["verified"], &set["breakpoints"][at]["message"]);
+    // ROW is a parameter of PUT.
+    let unknown = "the condition `ROW == 2`: ROW is never given a value";
+    assert_eq!(told(0), (&json!(false), &json!(unknown)));
+    assert_eq!(told(1), (&json!(true), &Value::Null));
+    let assigns = "the condition `I = 2`: \"=\" assigns; compare with \"==\"";
+    assert_eq!(told(2), (&json!(false), &json!(assigns)));
+    let unknown = "`{COUTN}` in the message: COUTN is never given a value";
+    assert_eq!(told(3), (&json!(false), &json!(unknown)));
+    assert_eq!(told(4).0, &json!(false));
+    editor.ask("configurationDone", &json!({}));
+    assert_eq!(editor.run()["body"]["hitBreakpointIds"], json!([2]));
+}
+
+#[test]
 fn steps_go_over_into_and_out_of_calls() {
     let mut editor = Editor::new();
     let path = editor.file("pallet.scol", PALLET);

@@ -218,6 +218,36 @@ fn a_program_is_debugged_while_a_host_talks_to_its_robot() {
 }
 
 #[test]
+fn an_expression_that_the_robot_cannot_read_is_told_when_its_breakpoint_is_set() {
+    let cell = Cell::new();
+    let mut editor = Editor::new();
+    editor.attach(&cell);
+    let breakpoints = json!([
+        {"line": 7, "condition": "K == 2"},
+        {"line": 8},
+        {"line": 9, "logMessage": "{M}"},
+        {"line": 12, "condition": "K == 2"},
+    ]);
+    let source = json!({"sourceReference": 1});
+    let set = editor.done(
+        "setBreakpoints",
+        &json!({"source": source, "breakpoints": breakpoints}),
+    );
+    let set = set["breakpoints"].as_array().unwrap();
+    let verified: Vec<&Value> = set.iter().map(|set| &set["verified"]).collect();
+    assert_eq!(verified, [false, true, false, true]);
+    assert_eq!(
+        set[0]["message"],
+        "cannot set the breakpoint of line 7: the condition `K == 2`: K is never given a value"
+    );
+    let lines = cell
+        .emulator
+        .read(|controller| controller.breakpoint_lines().collect::<Vec<u32>>());
+    assert_eq!(lines.unwrap(), [8, 12]);
+    editor.done("disconnect", &json!({}));
+}
+
+#[test]
 fn a_program_that_was_paused_continues_when_the_debugger_leaves() {
     let mut cell = Cell::new();
     let mut editor = Editor::new();
