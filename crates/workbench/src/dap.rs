@@ -17,7 +17,7 @@ pub use debuggee::{
 };
 pub use timeline::{Course, Ending, Timeline};
 
-use arguments::Request;
+use arguments::{Attributes, Request};
 use serde::de::DeserializeOwned;
 use serde_json::{Value, json};
 use std::mem;
@@ -368,7 +368,7 @@ impl<L: Launcher> Server<L> {
     fn launch(&mut self, arguments: Value) -> Result<Value, Refusal> {
         self.may_begin()?;
         let no_debug = arguments.get("noDebug") == Some(&Value::Bool(true));
-        let arguments: LaunchArguments = parsed(arguments)?;
+        let arguments: LaunchArguments = self.attributes(arguments, "launch")?;
         // Of a recording the place comes first, and then the question where to go.
         let stops_on_entry = arguments.stop_on_entry.unwrap_or(arguments.recording.is_some());
         let stops_on_entry = stops_on_entry && !no_debug;
@@ -380,9 +380,20 @@ impl<L: Launcher> Server<L> {
 
     fn attach(&mut self, arguments: Value) -> Result<Value, Refusal> {
         self.may_begin()?;
-        let launched = self.launcher.attach(parsed(arguments)?)?;
+        let arguments = self.attributes(arguments, "attach")?;
+        let launched = self.launcher.attach(arguments)?;
         self.begin(launched, false);
         Ok(Value::Null)
+    }
+
+    /// The attributes of a request; warnings about them go to the console.
+    fn attributes<T: Attributes>(&mut self, arguments: Value, request: &str) -> Result<T, Refusal> {
+        let mut warnings = Vec::new();
+        let read = T::read(arguments, request, |warning| warnings.push(warning));
+        for warning in warnings {
+            self.console(&format!("warning: {warning}\n"));
+        }
+        read
     }
 
     fn may_begin(&self) -> Result<(), Refusal> {

@@ -214,7 +214,12 @@ fn an_expression_that_does_not_compile_is_told_when_its_breakpoint_is_set() {
         "setBreakpoints",
         &json!({ "source": source, "breakpoints": breakpoints }),
     );
-    let told = |at: usize| (&set["breakpoints"][at]["verified"], &set["breakpoints"][at]["message"]);
+    let told = |at: usize| {
+        (
+            &set["breakpoints"][at]["verified"],
+            &set["breakpoints"][at]["message"],
+        )
+    };
     // ROW is a parameter of PUT.
     let unknown = "the condition `ROW == 2`: ROW is never given a value";
     assert_eq!(told(0), (&json!(false), &json!(unknown)));
@@ -457,6 +462,14 @@ fn refusals_say_what_is_wrong() {
             .contains("`gotoTargets` is not served")
     );
     let path = editor.file("pallet.scol", PALLET);
+    let reason = editor.refused("launch", &json!({ "program": path, "din": "8" }));
+    assert_eq!(
+        reason,
+        "`din`: expected a list of input lines such as [8, 12], found \"8\""
+    );
+    editor.refused("launch", &json!({ "progam": path, "preLaunchTask": "build" }));
+    let warning = "warning: ignoring unknown attribute `progam` of `launch`; did you mean `program`?\n";
+    assert_eq!(editor.said(), warning);
     let reason = editor.refused("launch", &json!({ "program": path, "at": ["1.5 s: inptu 8 on"] }));
     assert!(reason.contains("inptu"), "{reason}");
     let breakpoints = json!([{ "line": 16, "hitCondition": "often" }, { "line": 99 }]);
