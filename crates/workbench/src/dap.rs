@@ -78,6 +78,14 @@ impl Client {
         }
     }
 
+    /// The line that an editor has written, from 1.
+    fn line_in(self, written: &Value) -> Result<u32, Refusal> {
+        let line = written.as_u64().and_then(|line| u32::try_from(line).ok());
+        let line = line.map(|line| self.line_of_editor(line)).filter(|line| *line > 0);
+        let first = self.line(1);
+        line.ok_or_else(|| Refusal::new(format!("expected a line from {first} on, found {written}")))
+    }
+
     fn first_column(self) -> u32 {
         u32::from(self.columns_from_1)
     }

@@ -54,7 +54,7 @@ pub(super) trait Attributes: DeserializeOwned {
     /// The name of each, with what it is.
     const KNOWN: &'static [(&'static str, &'static str)];
 
-    /// Reads them. `warn` is told of those that nobody knows, which have no effect.
+    /// Reads them. `warn` is told of unknown ones, which have no effect.
     ///
     /// # Errors
     /// The first one whose value is something else.
@@ -179,7 +179,9 @@ pub(super) struct BreakpointsArguments {
 #[derive(Debug, Deserialize)]
 #[serde(rename_all = "camelCase")]
 pub(super) struct SourceBreakpoint {
-    pub line: u32,
+    /// As the editor counts. Another value than a line leaves the other breakpoints alone.
+    #[serde(default)]
+    pub line: Value,
     pub condition: Option<String>,
     pub hit_condition: Option<String>,
     pub log_message: Option<String>,

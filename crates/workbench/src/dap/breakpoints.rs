@@ -2,6 +2,7 @@
 
 use super::arguments::{BreakpointsArguments, SourceBreakpoint};
 use super::{ALARMS, Launcher, Refusal, SOURCE, Server};
+use serde::Serialize;
 use serde_json::{Value, json};
 use std::path::Path;
 use ts3100_controller::inspection::{Breakpoint, HitRule};
@@ -31,10 +32,9 @@ impl<L: Launcher> Server<L> {
         self.next_breakpoint += wanted.len();
         if !is_program {
             let message = format!("the program that is debugged is {name}");
-            let unverified = (first..).zip(&wanted).map(|(id, breakpoint)| {
-                json!({ "id": id, "verified": false, "line": breakpoint.line, "message": message })
-            });
-            return Ok(json!({ "breakpoints": unverified.collect::<Vec<_>>() }));
+            let all = (first..).zip(&wanted);
+            let all = all.map(|(id, breakpoint)| unverified(id, breakpoint, &message));
+            return Ok(json!({ "breakpoints": all.collect::<Vec<_>>() }));
         }
         let read = wanted.iter().enumerate().map(|(index, breakpoint)| {
             if index >= MAX_BREAKPOINTS {
@@ -42,7 +42,7 @@ impl<L: Launcher> Server<L> {
                     "at most {MAX_BREAKPOINTS} breakpoints can be set"
                 )));
             }
-            breakpoint.read(client.line_of_editor(breakpoint.line))
+            breakpoint.read(client.line_in(&breakpoint.line)?)
         });
         let read: Vec<Result<Breakpoint, Refusal>> = read.collect();
         let usable: Vec<Breakpoint> = read.iter().filter_map(|read| read.clone().ok()).collect();
@@ -59,7 +59,7 @@ impl<L: Launcher> Server<L> {
             .zip(places.iter().zip(&wanted))
             .map(|(id, (place, wanted))| match place {
                 Ok(line) => json!({ "id": id, "verified": true, "line": client.line(*line) }),
-                Err(reason) => json!({ "id": id, "verified": false, "line": wanted.line, "message": reason }),
+                Err(reason) => unverified(id, wanted, reason),
             });
         Ok(json!({ "breakpoints": shown.collect::<Vec<_>>() }))
     }
@@ -105,6 +105,15 @@ impl SourceBreakpoint {
             hit: 0,
         })
     }
+}
+
+/// A breakpoint that is not set, for this reason.
+fn unverified(id: usize, wanted: &SourceBreakpoint, reason: &impl Serialize) -> Value {
+    let mut shown = json!({ "id": id, "verified": false, "message": reason });
+    if wanted.line.is_i64() || wanted.line.is_u64() {
+        shown["line"] = wanted.line.clone();
+    }
+    shown
 }
 
 fn is_same_file(one: &Path, other: &Path) -> bool {

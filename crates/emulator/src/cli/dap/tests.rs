@@ -472,7 +472,9 @@ fn refusals_say_what_is_wrong() {
     assert_eq!(editor.said(), warning);
     let reason = editor.refused("launch", &json!({ "program": path, "at": ["1.5 s: inptu 8 on"] }));
     assert!(reason.contains("inptu"), "{reason}");
-    let breakpoints = json!([{ "line": 16, "hitCondition": "often" }, { "line": 99 }]);
+    let breakpoints = json!([
+        { "line": 16, "hitCondition": "often" }, { "line": 99 }, { "line": 0 }, { "line": -3 }, { "line": "7" }, {}, { "line": 7 },
+    ]);
     editor.start(
         &json!({ "program": path, "stopOnEntry": true }),
         &path,
@@ -482,7 +484,7 @@ fn refusals_say_what_is_wrong() {
         "setBreakpoints",
         &json!({ "source": { "path": path }, "breakpoints": breakpoints }),
     );
-    let messages: Vec<&str> = (0..2)
+    let messages: Vec<&str> = (0..6)
         .map(|at| set["breakpoints"][at]["message"].as_str().unwrap())
         .collect();
     assert!(
@@ -490,6 +492,10 @@ fn refusals_say_what_is_wrong() {
         "{messages:?}"
     );
     assert_eq!(messages[1], "no statement follows in the file");
+    assert_eq!(messages[2], "expected a line from 1 on, found 0");
+    assert_eq!(messages[3], "expected a line from 1 on, found -3");
+    assert_eq!(messages[4], "expected a line from 1 on, found \"7\"");
+    assert_eq!(set["breakpoints"][6]["verified"], true, "the others are set");
     let reason = editor.refused(
         "evaluate",
         &json!({ "expression": "COUNT = 3", "context": "watch" }),
