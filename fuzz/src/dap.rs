@@ -6,13 +6,14 @@
 
 use serde_json::{Value, json};
 use std::collections::BTreeMap;
+use std::path::Path;
 use std::time::Duration;
 use ts3100_controller::{Config, Dialect};
 use ts3100_driver::clock::TimeMode;
 use ts3100_emulator::debugged::ProgramRun;
 use ts3100_emulator::headless::RunRequest;
 use ts3100_workbench::dap::{
-    AttachArguments, LaunchArguments, Launched, Launcher, Refusal, Server, Timeline,
+    AttachArguments, LaunchArguments, Launched, Launcher, Origin, Refusal, Server, Timeline,
 };
 
 /// Most messages of a session.
@@ -53,12 +54,20 @@ impl Launcher for Programs {
         Ok(Launched {
             debuggee: Box::new(Timeline::new(run.map_err(Refusal::new)?)),
             path: Some("/work/main.scol".into()),
-            is_going: false,
+            origin: Origin::Program,
         })
     }
 
     fn attach(&mut self, _: AttachArguments) -> Result<Launched, Refusal> {
         Err(Refusal::new("there is no emulator"))
+    }
+
+    fn text(&self, _: &Path) -> Option<String> {
+        Some(PROGRAM.to_owned())
+    }
+
+    fn is_named(&self, _: &Path, _: &str) -> bool {
+        true
     }
 }
 

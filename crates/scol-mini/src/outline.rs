@@ -306,6 +306,38 @@ pub fn print_channels(source: &str) -> BTreeSet<&'static str> {
     channels.map(|channel| channel.unwrap_or("TP")).collect()
 }
 
+/// The first file line of the PROGRAM blocks of a source in which another one differs. Comments do not count, nor do the blocks
+/// GLOBAL and DATA: a controller writes values into them.
+pub fn first_difference(source: &str, other: &str) -> Option<u32> {
+    let (these, those) = (code_lines(source), code_lines(other));
+    let most = these.len().max(those.len());
+    let place = (0..most).find(|at| these.get(*at) != those.get(*at))?;
+    let found = these.get(place).or(those.get(place));
+    found.map(|(line, _)| *line)
+}
+
+/// The lines of the PROGRAM blocks in file order, each with its text from the first word to the last.
+fn code_lines(source: &str) -> Vec<(u32, String)> {
+    let outline = Outline::new(source);
+    let lines = outline.parts.iter().flat_map(|part| {
+        let rows = part.rows.iter().map(|row| {
+            let first = row.label.as_ref().map(|label| label.span);
+            let first = first.or(row.body.first().map(|lexeme| lexeme.span));
+            let last = row.body.last().map(|lexeme| lexeme.span).or(first);
+            let text = first
+                .zip(last)
+                .and_then(|(first, last)| source.get(first.start..last.end));
+            (row.line.number, String::from(text.unwrap_or_default()))
+        });
+        let heading = (part.first, part.heading());
+        [heading]
+            .into_iter()
+            .chain(rows)
+            .chain([(part.last, String::new())])
+    });
+    lines.collect()
+}
+
 /// Whether a source starts tasks.
 pub fn starts_tasks(source: &str) -> bool {
     let outline = Outline::new(source);
@@ -334,4 +366,32 @@ pub(crate) fn names(tokens: &[Lexeme], arm: Arm) -> impl Iterator<Item = (&str, 
         let named = !text.is_empty() && !letter && !builtin::is_reserved(text, arm);
         named.then_some((text, lexeme.span))
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const SOURCE: &str =
+        "GLOBAL\n  N = 0\nEND\nPROGRAM MAIN\n  N = 1 ' one\n\n  DELAY N\nEND\nDATA\n  A = 1\nEND\n";
+
+    #[test]
+    fn a_difference_is_one_of_statements_and_their_lines() {
+        for (from, to, line) in [
+            ("N = 0", "N = 7", None),
+            ("A = 1", "A = 2\n  B = 3", None),
+            ("' one", "' another", None),
+            ("\n\n", "\n' between\n", None),
+            ("N = 1", "N = 2", Some(5)),
+            ("\n\n", "\n", Some(6)),
+            ("N = 0", "N = 0\n  M = 0", Some(5)),
+            ("MAIN", "PICK", Some(4)),
+            ("  DELAY N\n", "", Some(7)),
+            ("DELAY N\n", "DELAY N\n  STOP\n", Some(8)),
+        ] {
+            let other = SOURCE.replacen(from, to, 1);
+            assert_eq!(first_difference(&other, SOURCE), line, "{to}");
+            assert_eq!(first_difference(&other.replace('\n', "\r"), SOURCE), line, "{to}");
+        }
+    }
 }

@@ -2,11 +2,12 @@
 //!
 //! [`Server`] knows the messages and their order. [`Debuggee`] is the program that is debugged: a [`Timeline`] of a program that
 //! was launched, or of a recording, or a running emulator. [`Launcher`] makes one. Requests about a program that has stopped are in
-//! `inspect`, its rows in `variables`. Reading stdin, and calling [`Server::work`] between two messages, is left to the subcommand.
+//! `inspect`, its rows in `variables`, the files of the editor in `files`. Reading stdin, and calling [`Server::work`] between two messages, is left to the subcommand.
 
 mod arguments;
 mod breakpoints;
 mod debuggee;
+mod files;
 mod inspect;
 mod timeline;
 mod variables;
@@ -21,7 +22,7 @@ use arguments::{Attributes, Request};
 use serde::de::DeserializeOwned;
 use serde_json::{Value, json};
 use std::mem;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::time::Duration;
 use variables::Container;
 
@@ -33,10 +34,19 @@ const ALARMS: &str = "alarms";
 /// A program that was launched or attached to.
 pub struct Launched {
     pub debuggee: Box<dyn Debuggee>,
-    /// The file of the editor that is the selected one; without it the text is taken from the RAM drive.
+    /// The file of the editor that is the selected one; without it that of its name, or the text of the RAM drive.
     pub path: Option<PathBuf>,
-    /// It runs already, and does not wait for the editor.
-    pub is_going: bool,
+    pub origin: Origin,
+}
+
+/// Where the text comes from that runs.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Origin {
+    /// A file that was started.
+    Program,
+    Recording,
+    /// An emulator, whose program runs already and does not wait for the editor.
+    Robot,
 }
 
 /// Makes the program that is debugged.
@@ -52,6 +62,12 @@ pub trait Launcher {
     /// # Errors
     /// As of `launch`.
     fn attach(&mut self, arguments: AttachArguments) -> Result<Launched, Refusal>;
+
+    /// The text of a file of the editor; `None` if it cannot be read.
+    fn text(&self, path: &Path) -> Option<String>;
+
+    /// Whether a file of the editor has this name on the RAM drive.
+    fn is_named(&self, path: &Path, name: &str) -> bool;
 }
 
 /// How the editor counts, and whether it draws.
@@ -81,7 +97,9 @@ impl Client {
     /// The line that an editor has written, from 1.
     fn line_in(self, written: &Value) -> Result<u32, Refusal> {
         let line = written.as_u64().and_then(|line| u32::try_from(line).ok());
-        let line = line.map(|line| self.line_of_editor(line)).filter(|line| *line > 0);
+        let line = line
+            .map(|line| self.line_of_editor(line))
+            .filter(|line| *line > 0);
         let first = self.line(1);
         line.ok_or_else(|| Refusal::new(format!("expected a line from {first} on, found {written}")))
     }
@@ -113,6 +131,8 @@ enum Phase {
 pub struct Server<L> {
     launcher: L,
     launched: Option<Launched>,
+    /// Whether the file of the editor shows the text that runs.
+    compared: Result<(), Refusal>,
     client: Client,
     phase: Phase,
     /// Number of the next message.
@@ -123,6 +143,8 @@ pub struct Server<L> {
     next_breakpoint: usize,
     /// Numbers of those that stop the program, as it counts them.
     breakpoints: Vec<usize>,
+    /// The source for which they were set.
+    breakpoints_of: Value,
     /// What is shown since the last stop.
     scene: Scene,
     /// Task and call of each frame that was shown, by its number less 1.
@@ -139,6 +161,7 @@ impl<L: Launcher> Server<L> {
         Server {
             launcher,
             launched: None,
+            compared: Ok(()),
             client: Client {
                 lines_from_1: true,
                 columns_from_1: true,
@@ -148,6 +171,7 @@ impl<L: Launcher> Server<L> {
             no_debug: false,
             next_breakpoint: 1,
             breakpoints: Vec::new(),
+            breakpoints_of: Value::Null,
             scene: Scene::default(),
             frames: Vec::new(),
             containers: Vec::new(),
@@ -422,6 +446,7 @@ impl<L: Launcher> Server<L> {
         });
         self.event("capabilities", &json!({ "capabilities": changed }));
         self.event("initialized", &json!({}));
+        self.look_at_file();
     }
 
     fn leave(&mut self, command: &str) -> Value {
@@ -445,8 +470,8 @@ impl<L: Launcher> Server<L> {
             ));
         };
         let goal = if stops_on_entry { Goal::Enter } else { Goal::Run };
-        let is_going = self.launched.as_ref().is_some_and(|launched| launched.is_going);
-        if !is_going {
+        let origin = self.launched.as_ref().map(|launched| launched.origin);
+        if origin != Some(Origin::Robot) {
             self.debuggee()?.go(goal)?;
         }
         self.phase = Phase::Running {
@@ -505,6 +530,7 @@ impl<L: Launcher> Server<L> {
 
     fn stopped(&mut self, stop: Stop, enters: bool) {
         self.phase = Phase::Stopped;
+        self.look_at_file();
         let Stop { reason, task } = stop;
         match self.debuggee().and_then(|debuggee| debuggee.scene()) {
             Ok(scene) => self.scene = scene,
@@ -561,16 +587,6 @@ impl<L: Launcher> Server<L> {
             return vec![json!({ "id": MAIN_TASK, "name": "the main program" })];
         }
         tasks
-    }
-
-    fn source_document(&mut self) -> Value {
-        let path = self.launched.as_ref().and_then(|launched| launched.path.clone());
-        let name = self.debuggee().map(|debuggee| debuggee.source().name);
-        let name = name.unwrap_or_default();
-        match path {
-            Some(path) => json!({ "name": name, "path": path }),
-            None => json!({ "name": name, "sourceReference": SOURCE }),
-        }
     }
 
     fn source(&mut self) -> Result<Value, Refusal> {

@@ -26,11 +26,12 @@ use std::path::{Path, PathBuf, absolute};
 use std::sync::Arc;
 use std::sync::mpsc::{Receiver, RecvTimeoutError};
 use std::thread;
-use ts3100_driver::pc_file::drive_name;
+use ts3100_driver::pc_file::{drive_name, read_content};
+use ts3100_proto::parameter::LineEnd;
 use ts3100_recording::replay::Playback;
 use ts3100_recording::transcript::Recording;
 use ts3100_workbench::dap::{
-    AttachArguments, Debuggee, LaunchArguments, Launched, Launcher, Refusal, Server, Timeline,
+    AttachArguments, LaunchArguments, Launched, Launcher, Origin, Refusal, Server, Timeline,
 };
 use ts3100_workbench::framing;
 
@@ -119,10 +120,19 @@ impl Launcher for Programs {
             .transpose()
             .map_err(Refusal::new)?;
         Ok(Launched {
-            path: path.filter(|path| shows(path, &debuggee.source().name)),
+            path,
             debuggee: Box::new(debuggee),
-            is_going: true,
+            origin: Origin::Robot,
         })
+    }
+
+    fn text(&self, path: &Path) -> Option<String> {
+        let content = read_content(path, LineEnd::Cr).ok()?;
+        Some(String::from_utf8_lossy(&content).into_owned())
+    }
+
+    fn is_named(&self, path: &Path, name: &str) -> bool {
+        drive_name(path).is_ok_and(|drive| drive.eq_ignore_ascii_case(name))
     }
 }
 
@@ -184,7 +194,7 @@ fn start(arguments: &LaunchArguments, program: &Path) -> anyhow::Result<Launched
     Ok(Launched {
         debuggee: Box::new(Timeline::new(run)),
         path: Some(absolute(program)?),
-        is_going: false,
+        origin: Origin::Program,
     })
 }
 
@@ -204,17 +214,9 @@ fn open(path: &Path, program: Option<PathBuf>) -> anyhow::Result<Launched> {
     if !timeline.enter() {
         bail!("{}: no program runs in this recording", path.display());
     }
-    let name = timeline.source().name;
-    let path = program.map(absolute).transpose()?;
-    let path = path.filter(|path| shows(path, &name));
     Ok(Launched {
         debuggee: Box::new(timeline),
-        path,
-        is_going: false,
+        path: program.map(absolute).transpose()?,
+        origin: Origin::Recording,
     })
-}
-
-/// Whether a file of the editor is the one of this name on the drive; another one would show other lines.
-fn shows(path: &Path, name: &str) -> bool {
-    drive_name(path).is_ok_and(|drive| drive.eq_ignore_ascii_case(name))
 }

@@ -1,41 +1,31 @@
 //! Where the program is to stop, as an editor says it.
 
 use super::arguments::{BreakpointsArguments, SourceBreakpoint};
-use super::{ALARMS, Launcher, Refusal, SOURCE, Server};
-use serde::Serialize;
+use super::{ALARMS, Launcher, Refusal, Server};
 use serde_json::{Value, json};
-use std::path::Path;
 use ts3100_controller::inspection::{Breakpoint, HitRule};
 use ts3100_controller::limits::MAX_BREAKPOINTS;
 
 impl<L: Launcher> Server<L> {
-    /// Whether a file of the editor is the program.
-    fn is_program(&self, source: &Value) -> bool {
-        if source.get("sourceReference").and_then(Value::as_i64) == Some(SOURCE) {
-            return true;
-        }
-        let path = source.get("path").and_then(Value::as_str);
-        let own = self
-            .launched
-            .as_ref()
-            .and_then(|launched| launched.path.as_deref());
-        path.zip(own)
-            .is_some_and(|(path, own)| is_same_file(Path::new(path), own))
-    }
-
     pub(super) fn set_breakpoints(&mut self, arguments: BreakpointsArguments) -> Result<Value, Refusal> {
-        let is_program = self.is_program(&arguments.source);
+        self.debuggee()?;
+        let recognized = self.recognize(&arguments.source);
         let (client, no_debug) = (self.client, self.no_debug);
-        let name = self.debuggee()?.source().name;
         let wanted = arguments.breakpoints;
         let first = self.next_breakpoint;
         self.next_breakpoint += wanted.len();
-        if !is_program {
-            let message = format!("the program that is debugged is {name}");
+        let source = arguments.source.get("path").cloned().unwrap_or_default();
+        if let Err(reason) = recognized {
+            // Those that were set in its lines before it was changed.
+            if self.breakpoints_of == source {
+                self.breakpoints.clear();
+                self.debuggee()?.set_breakpoints(Vec::new());
+            }
             let all = (first..).zip(&wanted);
-            let all = all.map(|(id, breakpoint)| unverified(id, breakpoint, &message));
+            let all = all.map(|(id, breakpoint)| unverified(id, breakpoint, &reason));
             return Ok(json!({ "breakpoints": all.collect::<Vec<_>>() }));
         }
+        self.breakpoints_of = source;
         let read = wanted.iter().enumerate().map(|(index, breakpoint)| {
             if index >= MAX_BREAKPOINTS {
                 return Err(Refusal::new(format!(
@@ -74,7 +64,10 @@ impl<L: Launcher> Server<L> {
     }
 
     pub(super) fn breakpoint_locations(&mut self, arguments: &Value) -> Result<Value, Refusal> {
-        let is_program = self.is_program(arguments.get("source").unwrap_or(&Value::Null));
+        self.debuggee()?;
+        let is_program = self
+            .recognize(arguments.get("source").unwrap_or(&Value::Null))
+            .is_ok();
         let client = self.client;
         let line = |key: &str| arguments.get(key).and_then(Value::as_u64);
         let first = line("line")
@@ -108,17 +101,10 @@ impl SourceBreakpoint {
 }
 
 /// A breakpoint that is not set, for this reason.
-fn unverified(id: usize, wanted: &SourceBreakpoint, reason: &impl Serialize) -> Value {
+fn unverified(id: usize, wanted: &SourceBreakpoint, reason: &Refusal) -> Value {
     let mut shown = json!({ "id": id, "verified": false, "message": reason });
     if wanted.line.is_i64() || wanted.line.is_u64() {
         shown["line"] = wanted.line.clone();
     }
     shown
-}
-
-fn is_same_file(one: &Path, other: &Path) -> bool {
-    one == other
-        || one
-            .canonicalize()
-            .is_ok_and(|one| other.canonicalize().is_ok_and(|other| one == other))
 }

@@ -546,6 +546,66 @@ fn a_recording_of_a_host_is_debugged_in_both_directions() {
     assert!(refused.contains("a recording has happened"), "{refused}");
 }
 
+#[test]
+fn the_file_of_a_recording_is_that_of_its_name_while_it_has_its_text() {
+    let mut editor = Editor::new();
+    let folder = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../../fixtures/transcripts"));
+    editor.ask("launch", &json!({ "recording": folder.join("seq-basic.txt") }));
+    editor.ask("configurationDone", &json!({}));
+    editor.run();
+    let frame = |editor: &mut Editor| {
+        let stack = editor.ask("stackTrace", &json!({ "threadId": 1 }));
+        stack["stackFrames"][0].clone()
+    };
+    let first = frame(&mut editor);
+    let content = editor.ask("source", &json!({}))["content"].clone();
+    let content = content.as_str().unwrap();
+    let name = format!(
+        "{}.scol",
+        first["source"]["name"].as_str().unwrap().to_lowercase()
+    );
+    let set = |editor: &mut Editor, path: &Path| {
+        let set = editor.ask(
+            "setBreakpoints",
+            &json!({ "source": { "path": path }, "breakpoints": [{ "line": first["line"] }] }),
+        );
+        set["breakpoints"][0].clone()
+    };
+    let other = editor.file("another.scol", content);
+    assert_eq!(set(&mut editor, &other)["verified"], false);
+    let line = usize::try_from(first["line"].as_u64().unwrap()).unwrap();
+    let mut lines: Vec<&str> = content.lines().collect();
+    lines.insert(line - 1, "  M = 1");
+    let path = editor.file(&name, &lines.join("\n"));
+    let refused = set(&mut editor, &path);
+    assert_eq!(refused["verified"], false);
+    let told = refused["message"].as_str().unwrap();
+    assert!(
+        told.contains(&format!("line {line} differs from the recorded")),
+        "{told}"
+    );
+    assert_eq!(frame(&mut editor)["source"]["sourceReference"], 1);
+
+    let path = editor.file(&name, &format!("{content}\n' a remark\n"));
+    assert_eq!(set(&mut editor, &path)["verified"], true);
+    assert_eq!(frame(&mut editor)["source"]["path"], json!(path));
+    assert_eq!(editor.said(), "");
+    // It is changed while it is shown.
+    editor.file(&name, &lines.join("\n"));
+    assert_eq!(set(&mut editor, &path)["verified"], false);
+    let said = editor.said();
+    assert!(said.starts_with("warning: ") && said.contains(told), "{said}");
+    assert_eq!(frame(&mut editor)["source"]["sourceReference"], 1);
+    let stop = editor.go("continue");
+    assert!(
+        stop["body"]["text"]
+            .as_str()
+            .unwrap()
+            .contains("the end of the recording"),
+        "breakpoints of other lines stop nothing: {stop}"
+    );
+}
+
 /// Without the number of the message, which depends on how quickly the editor asks.
 fn unnumbered(mut message: Value) -> Value {
     message["seq"] = Value::Null;

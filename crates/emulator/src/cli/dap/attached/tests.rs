@@ -2,6 +2,7 @@
 
 use crate::cli::dap::Programs;
 use crate::embed::{ControlSettings, Emulator, Port, TimeMode};
+use crate::testing::TempDir;
 use serde_json::{Value, json};
 use std::io::{Read as _, Write as _};
 use std::net::TcpStream;
@@ -244,6 +245,42 @@ fn an_expression_that_the_robot_cannot_read_is_told_when_its_breakpoint_is_set()
         .emulator
         .read(|controller| controller.breakpoint_lines().collect::<Vec<u32>>());
     assert_eq!(lines.unwrap(), [8, 12]);
+    editor.done("disconnect", &json!({}));
+}
+
+#[test]
+fn a_file_with_another_text_than_the_robot_is_told() {
+    let cell = Cell::new();
+    let folder = TempDir::new("debugged");
+    let path = folder.path().join("test.scol");
+    std::fs::write(&path, PROGRAM.replace("N = N + 1", "N = N + 2")).unwrap();
+    let mut editor = Editor::new();
+    let address = cell.emulator.control().unwrap().to_string();
+    editor.done("attach", &json!({"address": address, "program": path}));
+    let told = "line 6 differs from TEST on the robot; put the file on its RAM drive, or set breakpoints in the text that is shown";
+    let said = editor.event(|event| event["event"] == "output");
+    assert_eq!(said["output"], format!("warning: {}: {told}\n", path.display()));
+    let breakpoints = json!({"source": {"path": path}, "breakpoints": [{"line": 7}]});
+    let set = editor.done("setBreakpoints", &breakpoints);
+    assert_eq!(set["breakpoints"][0]["verified"], false);
+    assert_eq!(set["breakpoints"][0]["message"], told);
+    let own = json!({"source": {"sourceReference": 1}, "breakpoints": [{"line": 7}]});
+    assert_eq!(
+        editor.done("setBreakpoints", &own)["breakpoints"][0]["verified"],
+        true
+    );
+
+    // A value that a host has written into the file moves no line.
+    std::fs::write(&path, PROGRAM.replace("N = 0", "N = 5")).unwrap();
+    assert_eq!(
+        editor.done("setBreakpoints", &breakpoints)["breakpoints"][0]["verified"],
+        true
+    );
+    editor.done("configurationDone", &json!({}));
+    cell.advance(1.0);
+    assert_eq!(editor.stop(), stopped("breakpoint", &["TEST 7"]));
+    let stack = editor.done("stackTrace", &json!({"threadId": 1}));
+    assert_eq!(stack["stackFrames"][0]["source"]["path"], json!(path));
     editor.done("disconnect", &json!({}));
 }
 
