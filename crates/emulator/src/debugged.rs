@@ -1,9 +1,10 @@
 //! A program without sockets as a debugger runs it: the run of [`crate::headless`], taken step by step.
 
 use crate::headless::{HeadlessRun, KeptEvent, RunEnd, RunError, RunRequest};
+use std::time::Duration;
 use ts3100_controller::Controller;
 use ts3100_controller::inspection::{Assignment, Inspection};
-use ts3100_workbench::dap::{Course, Ending, Refusal, Said};
+use ts3100_workbench::dap::{Afterwards, Course, Ending, Refusal, Said};
 
 /// A program that runs without sockets. A copy goes its own way.
 #[derive(Clone)]
@@ -11,6 +12,8 @@ pub struct ProgramRun {
     run: HeadlessRun,
     /// It prints on several channels.
     names_channels: bool,
+    /// Longest run before a stop, in virtual time.
+    max_time: Duration,
 }
 
 impl ProgramRun {
@@ -22,6 +25,7 @@ impl ProgramRun {
         let source = String::from_utf8_lossy(&request.source).into_owned();
         Ok(ProgramRun {
             names_channels: scol_mini::print_channels(&source).len() > 1,
+            max_time: request.max_time,
             run: HeadlessRun::new(request)?,
         })
     }
@@ -61,26 +65,34 @@ impl Course for ProgramRun {
                 return Some(Ending {
                     code: 1,
                     words: error.to_string(),
-                    stays: false,
+                    then: Afterwards::Over,
                 });
             }
         };
         let after = self.run.passed().as_secs_f64();
-        // What it waits for can still be given to it.
-        let stays = matches!(
-            end,
-            RunEnd::Blocked { .. } | RunEnd::NoInput { .. } | RunEnd::OutOfInput { .. }
-        );
+        let then = match &end {
+            // What it waits for can still be given to it.
+            RunEnd::Blocked { .. } | RunEnd::NoInput { .. } | RunEnd::OutOfInput { .. } => Afterwards::Stays,
+            RunEnd::TimeUp { .. } => {
+                self.run.extend(self.max_time);
+                Afterwards::Continues
+            }
+            RunEnd::End | RunEnd::Stopped { .. } | RunEnd::PowerOff | RunEnd::Alarm { .. } => {
+                Afterwards::Over
+            }
+        };
         let remedy = match &end {
             RunEnd::Blocked { .. } => "; change a variable, or plan an input with `at`",
             RunEnd::NoInput { .. } | RunEnd::OutOfInput { .. } => "; give it records with `input`",
-            RunEnd::TimeUp { .. } => " after `maxTime`",
+            RunEnd::TimeUp { .. } => {
+                ", since `maxTime` is over; continue runs for as long again, a larger `maxTime` stops later"
+            }
             RunEnd::End | RunEnd::Stopped { .. } | RunEnd::PowerOff | RunEnd::Alarm { .. } => "",
         };
         Some(Ending {
             code: u8::from(!matches!(end, RunEnd::End | RunEnd::Stopped { .. })),
             words: format!("after {after:.3} s: {}{remedy}", end.sentence()),
-            stays,
+            then,
         })
     }
 

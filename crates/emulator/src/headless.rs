@@ -537,6 +537,11 @@ impl HeadlessRun {
         &mut self.seat.controller
     }
 
+    /// The run may take this much longer.
+    pub(crate) fn extend(&mut self, by: Duration) {
+        self.limit = self.limit.saturating_add(by);
+    }
+
     /// What was changed from outside counts from the next step on, at the present time.
     pub(crate) fn wake(&mut self) {
         self.is_woken = true;

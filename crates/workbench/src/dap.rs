@@ -16,7 +16,7 @@ pub use arguments::{AttachArguments, LaunchArguments};
 pub use debuggee::{
     Abilities, Debuggee, Goal, MAIN_TASK, Progress, Refusal, Said, Scene, Source, Stop, StopReason, placed,
 };
-pub use timeline::{Course, Ending, Timeline};
+pub use timeline::{Afterwards, Course, Ending, Timeline};
 
 use arguments::{Attributes, Request};
 use serde::de::DeserializeOwned;

@@ -47,8 +47,25 @@ pub trait Course: Clone + Send {
 pub struct Ending {
     pub code: u8,
     pub words: String,
-    /// It can be looked at, and goes back: a recording ends, a program is over.
-    pub stays: bool,
+    pub then: Afterwards,
+}
+
+/// The use of a run after it has ended.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Afterwards {
+    /// None: the program is over.
+    Over,
+    /// It can be looked at, and goes back, as the end of a recording.
+    Stays,
+    /// The same, and its next step continues it: its time was limited.
+    Continues,
+}
+
+impl Ending {
+    /// Nothing comes after it.
+    fn is_last(&self) -> bool {
+        self.then != Afterwards::Continues
+    }
 }
 
 impl Course for Playback {
@@ -70,7 +87,7 @@ impl Course for Playback {
             None => Some(Ending {
                 code: 0,
                 words: "the end of the recording".to_owned(),
-                stays: true,
+                then: Afterwards::Stays,
             }),
         }
     }
@@ -284,7 +301,7 @@ impl<C: Course> Timeline<C> {
         match (alarm.filter(|_| self.stops_on_alarm), ending) {
             (Some(stop), ending) => {
                 self.stand();
-                self.going = ending.map_or(Going::Forward, Going::Over);
+                self.going = ending.filter(Ending::is_last).map_or(Going::Forward, Going::Over);
                 Progress::Stopped(stop)
             }
             (None, Some(ending)) => self.over(ending),
@@ -294,12 +311,18 @@ impl<C: Course> Timeline<C> {
 
     fn over(&mut self, ending: Ending) -> Progress {
         self.stand();
-        let Ending { code, words, stays } = ending.clone();
-        self.going = Going::Over(ending);
-        if stays {
-            return Progress::Stopped(Stop::of_program(StopReason::End(words)));
+        let Ending { code, words, then } = ending.clone();
+        self.going = if ending.is_last() {
+            Going::Over(ending)
+        } else {
+            Going::Forward
+        };
+        match then {
+            Afterwards::Over => Progress::Ended { code, words },
+            Afterwards::Stays | Afterwards::Continues => {
+                Progress::Stopped(Stop::of_program(StopReason::End(words)))
+            }
         }
-        Progress::Ended { code, words }
     }
 
     fn halted(&mut self, run: C, halt: Halt) -> Progress {
@@ -348,7 +371,7 @@ impl<C: Course> Timeline<C> {
             let next = inspection.next;
             place = Place { run, next };
             steps += 1;
-            if inspection.halt.is_some() || ending.is_some() {
+            if inspection.halt.is_some() || ending.is_some_and(|ending| ending.is_last()) {
                 break;
             }
         }
@@ -410,7 +433,7 @@ impl<C: Course> Timeline<C> {
                 next: inspection.next,
             };
             self.steps += 1;
-            if ending.is_some() {
+            if ending.is_some_and(|ending| ending.is_last()) {
                 return self.stand();
             }
         }

@@ -647,6 +647,51 @@ fn a_recorded_session_of_an_editor_is_answered_as_it_was() {
     assert!(expected.len() > 40);
 }
 
+#[test]
+fn the_longest_run_ends_in_a_stop_and_goes_on() {
+    let mut editor = Editor::new();
+    let program = "PROGRAM MAIN\n  N = 0\nLOOP:\n  N = N + 1\n  DELAY 1\n  GOTO LOOP\nEND\n";
+    let path = editor.file("long.scol", program);
+    let stop = editor.start(&json!({ "program": path, "maxTime": "2.5s" }), &path, &json!([]));
+    let told = "Stopped: after 2.500 s: stopped at line 5, since `maxTime` is over; continue runs for as long again, \
+                a larger `maxTime` stops later";
+    assert_eq!(
+        (&stop["event"], &stop["body"]["text"]),
+        (&json!("stopped"), &json!(told))
+    );
+    assert_eq!((editor.line(), editor.value("N")), (5, "3".to_owned()));
+    let stop = editor.go("continue");
+    assert!(
+        stop["body"]["text"].as_str().unwrap().contains("after 5.000 s"),
+        "{stop}"
+    );
+    let second = editor.value("N");
+    editor.ask(
+        "setBreakpoints",
+        &json!({ "source": { "path": path }, "breakpoints": [{ "line": 5, "condition": "N == 2" }] }),
+    );
+    // Back over the stop before.
+    let stop = editor.go("reverseContinue");
+    assert_eq!(
+        (&stop["body"]["reason"], editor.value("N")),
+        (&json!("breakpoint"), "2".to_owned())
+    );
+    editor.ask("setBreakpoints", &json!({ "source": { "path": path } }));
+    editor.go("continue");
+    let stop = editor.go("continue");
+    assert!(
+        stop["body"]["text"].as_str().unwrap().contains("after 5.000 s"),
+        "{stop}"
+    );
+    assert_eq!(editor.value("N"), second);
+}
+
+/// Whether a run has ended, or taken its longest time.
+fn is_over(event: &Value) -> bool {
+    let text = event["body"]["text"].as_str().unwrap_or_default();
+    event["event"] == "terminated" || text.contains("`maxTime`")
+}
+
 /// Every program of the fixtures that runs by itself: stopped before each of its statements it says the same, and takes as long.
 #[test]
 fn a_run_that_is_inspected_is_the_same_run() {
@@ -664,7 +709,7 @@ fn a_run_that_is_inspected_is_the_same_run() {
         }
         plain.ask("configurationDone", &json!({}));
         let mut steps = 0;
-        while plain.run()["event"] != "terminated" && steps < 3 {
+        while !is_over(&plain.run()) && steps < 3 {
             plain.go("continue");
             steps += 1;
         }
@@ -672,11 +717,11 @@ fn a_run_that_is_inspected_is_the_same_run() {
         stepped.ask("launch", &arguments(true));
         stepped.ask("configurationDone", &json!({}));
         let mut steps = 0;
-        while stepped.run()["event"] != "terminated" && steps < 400 {
+        while !is_over(&stepped.run()) && steps < 400 {
             stepped.ask("stepIn", &json!({ "threadId": 1 }));
             steps += 1;
         }
-        while stepped.run()["event"] != "terminated" && steps < 403 {
+        while !is_over(&stepped.run()) && steps < 403 {
             stepped.go("continue");
             steps += 1;
         }
