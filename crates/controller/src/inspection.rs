@@ -13,7 +13,9 @@ use crate::listed::listed;
 use crate::prelude::*;
 use core::fmt;
 use core::str::FromStr;
-use scol_mini::{Arm, Inputs, Machine, Memory, ProbeError, Program, Value};
+use scol_mini::{Arm, Inputs, Machine, Memory, ProbeError, Program, Value, ValueKind};
+use ts3100_proto::command::Number;
+use ts3100_proto::status::pr::three_decimals;
 
 /// Most statements that one inspection lists.
 pub const MAX_LISTED: usize = 1_000_000;
@@ -279,9 +281,27 @@ fn is_true(value: &Value) -> Option<bool> {
 
 /// A value as a program would write it, near enough to be read.
 fn words(value: &Value, arm: Arm) -> String {
-    let numbers = listed(value, arm);
-    let words: Vec<String> = numbers.iter().map(ToString::to_string).collect();
+    let numbers = listed(value, arm).into_iter();
+    let words: Vec<String> = numbers.map(|number| readable(number, value.kind())).collect();
     words.join(", ")
+}
+
+/// A number of a value of this kind as people read it: coordinates with three decimals, a real with the digits that its 32 bits
+/// have, but three at least.
+pub fn readable(number: Number, kind: ValueKind) -> String {
+    let Number::Real(real) = number else {
+        return number.to_string();
+    };
+    match kind {
+        ValueKind::Position | ValueKind::Coordinate | ValueKind::Load => three_decimals(real),
+        ValueKind::Integer | ValueKind::Real => {
+            // 0.1 is the shortest text of a real, and not that of the same number in 64 bits.
+            let single = real as f32;
+            let shortest = Some(single).filter(|single| f64::from(*single) == real);
+            let shortest = shortest.and_then(|single| single.to_string().parse().ok());
+            Number::Real(shortest.unwrap_or(real)).to_string()
+        }
+    }
 }
 
 /// The text with each expression in braces replaced; a brace that is not closed stays.
@@ -599,6 +619,23 @@ mod tests {
         }
         for text in ["", "0", "x", "%0", ">= -1"] {
             assert!(text.parse::<HitRule>().is_err(), "{text}");
+        }
+    }
+
+    #[test]
+    fn numbers_are_shown_with_the_digits_that_matter() {
+        let real = |value: f32| Number::Real(f64::from(value));
+        for (number, kind, shown) in [
+            (Number::Real(399.999_999_999_97), ValueKind::Position, "400.000"),
+            (Number::Real(-1e-14), ValueKind::Position, "0.000"),
+            (Number::Real(1.0 / 3.0), ValueKind::Load, "0.333"),
+            (Number::Integer(11111), ValueKind::Position, "11111"),
+            (real(0.1), ValueKind::Real, "0.100"),
+            (real(1.0 / 3.0), ValueKind::Real, "0.33333334"),
+            (real(12.5), ValueKind::Real, "12.500"),
+            (Number::Integer(3), ValueKind::Integer, "3"),
+        ] {
+            assert_eq!(readable(number, kind), shown);
         }
     }
 

@@ -15,7 +15,7 @@ function rowsOf({variables, tasks}) {
   const owner = one => one.name.includes(".") ? one.name.split(".")[0] : "";
   const rank = one => open.has(owner(one)) ? 0 : owner(one) ? 2 : 1;
   for (const one of [...variables].sort((one, other) => rank(one) - rank(other))) {
-    const kind = (one.kind ?? "") + (one.bounds.length ? " (" + one.bounds.join(",") + ")" : "");
+    const kind = (one.kind ?? "") + (one.bounds.length ? " (" + one.bounds.map(bound => "0 to " + bound).join(", ") + ")" : "");
     if (one.elements) one.elements.slice(0, ELEMENTS).forEach((value, at) => rows.push({name: one.name + "(" + at + ")", kind, values: value, fixed: one.name.includes(".")}));
     else rows.push({name: one.name, kind, values: one.value, fixed: one.bounds.length > 0 || one.name.includes(".")});
   }

@@ -2,6 +2,7 @@
 
 use super::debuggee::{Debuggee, Refusal, Scene};
 use scol_mini::{Arm, ValueKind};
+use ts3100_controller::inspection::readable;
 use ts3100_controller::queries::VariableView;
 use ts3100_proto::escape::Escaped;
 
@@ -65,7 +66,7 @@ impl Shown {
     /// A variable as a call sees it.
     pub fn of(view: VariableView, task: u16, call: usize) -> Shown {
         let value = shown_value(&view);
-        let numbers: Vec<String> = view.value.iter().flatten().map(ToString::to_string).collect();
+        let numbers = numbers(&view);
         let name = view.name.clone();
         let children = if !view.bounds.is_empty() {
             Some(Container::Array {
@@ -110,18 +111,27 @@ impl Shown {
 /// A value as a program would write it.
 fn shown_value(view: &VariableView) -> String {
     if !view.bounds.is_empty() {
-        let bounds: Vec<String> = view.bounds.iter().map(ToString::to_string).collect();
-        return format!("array ({})", bounds.join(","));
+        let bounds: Vec<String> = view.bounds.iter().map(|bound| format!("0 to {bound}")).collect();
+        return format!("array ({})", bounds.join(", "));
     }
-    let Some(numbers) = &view.value else {
+    if view.value.is_none() {
         return "no value yet".to_owned();
-    };
-    let numbers: Vec<String> = numbers.iter().map(ToString::to_string).collect();
-    let numbers = numbers.join(", ");
+    }
+    let numbers = numbers(view).join(", ");
     match view.kind.and_then(function) {
         Some(function) => format!("{function}({numbers})"),
         None => numbers,
     }
+}
+
+/// The numbers of a value.
+fn numbers(view: &VariableView) -> Vec<String> {
+    let numbers = view.value.iter().flatten();
+    let shown = numbers.map(|number| match view.kind {
+        Some(kind) => readable(*number, kind),
+        None => number.to_string(),
+    });
+    shown.collect()
 }
 
 /// The function that makes a value of this kind of numbers.

@@ -388,6 +388,26 @@ fn a_message_is_said_and_does_not_stop() {
 }
 
 #[test]
+fn values_have_the_digits_that_matter_and_arrays_their_subscripts() {
+    let mut editor = Editor::new();
+    let program = "GLOBAL\n  DIM GRID(2,1) AS INTEGER\nEND\nPROGRAM MAIN\n  R = 0.1\n  MOVE PLACE\n  N = 1\nEND\nDATA\n  \
+                   POINT PLACE = 300.1, 10.7, 50, 0, 0, 0, 0, 0\nEND\n";
+    let path = editor.file("digits.scol", program);
+    let breakpoints = json!([{ "line": 7, "logMessage": "{HERE}" }, { "line": 8 }]);
+    editor.start(&json!({ "program": path }), &path, &breakpoints);
+    let place = "300.100, 10.700, 50.000, 0.000, 0.000, 0.000, 0.000, 0.000, ";
+    let here = editor.value("HERE");
+    assert!(here.starts_with(&format!("POINT({place}")), "{here}");
+    let said = editor.said();
+    assert!(said.starts_with(place), "{said}");
+    assert_eq!(editor.value("R"), "0.100");
+    let array = ("GRID".to_owned(), "array (0 to 2, 0 to 1)".to_owned());
+    assert!(editor.scope("Global").contains(&array));
+    assert_eq!(editor.scope("Points")[0].0, "PLACE");
+    assert!(editor.scope("Points")[0].1.starts_with(&format!("POINT({place}")));
+}
+
+#[test]
 fn tasks_are_threads_and_a_step_is_of_one_of_them() {
     let mut editor = Editor::new();
     let program = "PROGRAM MAIN\n  T = TASK(\"BELT\")\n  DELAY 1\n  N = 1\nEND\nPROGRAM BELT\n  M = 1\n  M = 2\n  DELAY 5\nEND\n";
