@@ -135,7 +135,7 @@ pub fn run(subject: &Subject, test: &ProgramTest, interrupted: &AtomicBool) -> R
     let report = match headless::run_until(interrupted, job, &mut |at, event| seen.note(at, event)) {
         // A program that cannot be started in this state is a result.
         Err(RunError::Start(reason)) => {
-            seen.fail(test.place, reason);
+            seen.fail_at_line(line_before_start(test), reason);
             return Ok(seen.result(Duration::ZERO));
         }
         Err(RunError::Position(reason)) => {
@@ -149,6 +149,13 @@ pub fn run(subject: &Subject, test: &ProgramTest, interrupted: &AtomicBool) -> R
     seen.end();
     judge(test, &report, &mut seen);
     Ok(seen.result(report.duration))
+}
+
+/// The line of the last step before START, which alone can prevent it; 0 without one.
+fn line_before_start(test: &ProgramTest) -> usize {
+    let mut steps = test.scenario.steps.iter().rev();
+    let step = steps.find(|step| step.trigger == StepTrigger::At(Duration::ZERO));
+    step.map_or(0, |step| step.line)
 }
 
 /// What is wrong with a call is said of its place in the file of tests.

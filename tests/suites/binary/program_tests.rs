@@ -197,6 +197,13 @@ given.records.ip1 = []
 name = \"long\"
 call = \"LASTS()\"
 limit = \"1 s\"
+
+[[test]]
+name = \"does not start\"
+at = [
+  \"0 s: emergency-stop press\",
+  \"1 s: input 5 on\",
+]
 ";
     let (directory, file) = folder(tests);
     let reads = "PROGRAM READS\nINPUT IP1, N\nEND\nPROGRAM LASTS\nDELAY 5\nEND\nDATA\n";
@@ -208,10 +215,11 @@ limit = \"1 s\"
         "pallet.test.toml:13: at 0.003 s: ",
         "pallet.test.toml:19: ending: expected end, found",
         "pallet.test.toml:24: ending: expected end, found",
+        "pallet.test.toml:29: cannot start the program: the emergency stop is pressed\n",
     ] {
         assert!(text.contains(line), "{line}\n{text}");
     }
-    assert_eq!(text.matches("pallet.test.toml:").count(), 8, "{text}");
+    assert_eq!(text.matches("pallet.test.toml:").count(), 10, "{text}");
 }
 
 /// A key of the whole file that is wrong is named with its line.
