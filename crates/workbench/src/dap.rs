@@ -336,7 +336,16 @@ impl<L: Launcher> Server<L> {
             "next" => self.go(&arguments, Goal::Over),
             "stepIn" => self.go(&arguments, Goal::Into),
             "stepOut" => self.go(&arguments, Goal::Out),
-            "stepMotion" => self.go(&arguments, Goal::Motion),
+            "stepMotion" => {
+                let body = self.go(&arguments, Goal::Motion)?;
+                // Only of its own requests does an editor know that the program runs again.
+                let thread = thread(&arguments)?;
+                self.event(
+                    "continued",
+                    &json!({ "threadId": thread, "allThreadsContinued": true }),
+                );
+                Ok(body)
+            }
             "stepBack" => self.go(&arguments, Goal::Back),
             "reverseContinue" => self.go(&arguments, |_| Goal::RunBack),
             "pause" => {

@@ -42,8 +42,8 @@ pub fn run(args: &CtlArgs) -> anyhow::Result<u8> {
         let is_late = matches!(error, ClientError::Late { .. });
         let limit = if is_late { " (--timeout)" } else { "" };
         let advice = match is_late && call.longest_wait() > Duration::ZERO {
-            true => ": what is waited for has not come; --wall limits a wait",
-            false => target::advice(&error),
+            true => ": what is waited for has not come; --wall limits a wait".to_owned(),
+            false => target::advice(&error, "--url"),
         };
         print_error(format_args!("{error}{limit}{advice}"));
         NO_ANSWER

@@ -67,7 +67,8 @@ fn call_emulator(
     let body = call.body.as_ref().map(ToString::to_string);
     let client = target.client(&url, tools::LONGEST_CALL);
     let answer = client.and_then(|client| client.call(call.method, &call.path, body.as_deref()));
-    let (status, text) = answer.map_err(|error| unreachable(&format_args!("{error}{}", advice(&error))))?;
+    let (status, text) =
+        answer.map_err(|error| unreachable(&format_args!("{error}{}", advice(&error, "--url"))))?;
     match status {
         400.. => Err(ToolError::Refused(words_of_refusal(&text))),
         _ => Ok(serde_json::from_str(&text).unwrap_or(Value::String(text))),

@@ -85,7 +85,11 @@ impl<L: Launcher> Server<L> {
         let name = self.debuggee().map(|debuggee| debuggee.source().name);
         let name = name.unwrap_or_default();
         match path.filter(|_| self.compared.is_ok()) {
-            Some(path) => json!({ "name": name, "path": path }),
+            // A file with a long name is MAIN on the drive.
+            Some(path) => {
+                let name = path.file_name().map_or(name.into(), OsStr::to_string_lossy);
+                json!({ "name": name, "path": path })
+            }
             None => json!({ "name": name, "sourceReference": SOURCE }),
         }
     }

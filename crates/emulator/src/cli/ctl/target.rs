@@ -187,16 +187,17 @@ pub fn find(running: Vec<Instance>) -> Result<String, TargetError> {
     }
 }
 
-/// Advice on this error of a call; empty if the message says it all.
-pub fn advice(error: &ClientError) -> &'static str {
+/// Advice on this error of a call; empty if the message says it all. `place` is where the URL is given.
+pub fn advice(error: &ClientError, place: &str) -> String {
     match error {
-        ClientError::Unreachable { .. } => {
-            ". Start an emulator with `ts3100 serve`, or give the URL of its control interface with --url"
-        }
+        ClientError::Unreachable { .. } => format!(
+            ". Start an emulator with `ts3100 serve`, or give the URL of its control interface with {place}"
+        ),
         ClientError::Late { .. } | ClientError::Robot { .. } | ClientError::InvalidResponse { .. } => {
             ". The ready line and the banner of `ts3100 serve` name the URL of the control interface"
+                .to_owned()
         }
-        ClientError::Url(_) | ClientError::Token => "",
+        ClientError::Url(_) | ClientError::Token => String::new(),
     }
 }
 

@@ -206,8 +206,8 @@ impl Calls {
         let call = self.of_robot(method, path, body);
         let body = call.body.as_ref().map(Value::to_string);
         let answer = self.client.call(call.method, &call.path, body.as_deref());
-        let (status, text) =
-            answer.map_err(|error| Refusal::new(format!("{error}{}", target::advice(&error))))?;
+        let (status, text) = answer
+            .map_err(|error| Refusal::new(format!("{error}{}", target::advice(&error, "`address`"))))?;
         if status >= 400 {
             let problem = serde_json::from_str::<Problem>(&text);
             let problem =
@@ -233,8 +233,8 @@ impl Calls {
     fn events(&self) -> Result<Body, Refusal> {
         let call = self.of_robot("GET", "/events", None);
         let answer = self.client.send(call.method, &call.path, None);
-        let mut answer =
-            answer.map_err(|error| Refusal::new(format!("{error}{}", target::advice(&error))))?;
+        let mut answer = answer
+            .map_err(|error| Refusal::new(format!("{error}{}", target::advice(&error, "`address`"))))?;
         if answer.status >= 400 {
             return Err(Refusal::new(format!(
                 "the stream of events was answered with status {}",

@@ -255,8 +255,11 @@ fn steps_go_over_into_and_out_of_calls() {
     assert_eq!(editor.line(), 8);
     editor.go("next");
     assert_eq!(editor.line(), 9, "a call is one step");
+    editor.events.clear();
     editor.go("stepMotion");
     assert_eq!(editor.calls(1), [call("PUT", 16), call("MAIN", 8)]);
+    // An editor knows of its own requests alone that they continue the program.
+    assert_eq!(editor.events[0]["event"], "continued");
 }
 
 #[test]
