@@ -247,7 +247,7 @@ pub async fn evaluate(handle: Handle, Json(body): Json<EvaluateRequest>) -> Answ
 call! {
     /// Give a variable a value that an expression has
     ///
-    /// As an assignment of the program of an open call, while the program is stopped. The response has the value that the variable
+    /// As an assignment of the program of an open call, while the program is stopped; `DIN(5) = 1` drives an input. The response has the value that the variable
     /// has then.
     assign = post("/program/assign",
         operation_id = "assign_variable",

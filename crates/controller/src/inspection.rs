@@ -8,6 +8,7 @@
 //! Stops of the robot at a line are in `executor::breakpoints`; both ask [`Breakpoint`] whether it counts, and [`Target`] whether a
 //! step is over.
 
+use crate::io::signals::LINE_NUMBERS;
 use crate::limits::MAX_BREAKPOINT_TEXT;
 use crate::listed::listed;
 use crate::prelude::*;
@@ -280,7 +281,7 @@ fn is_true(value: &Value) -> Option<bool> {
 }
 
 /// A value as a program would write it, near enough to be read.
-fn words(value: &Value, arm: Arm) -> String {
+pub(crate) fn words(value: &Value, arm: Arm) -> String {
     let numbers = listed(value, arm).into_iter();
     let words: Vec<String> = numbers.map(|number| readable(number, value.kind())).collect();
     words.join(", ")
@@ -436,7 +437,7 @@ pub struct Begun {
     pub is_stop: bool,
 }
 
-/// A value that somebody gives a variable of a halted program: `text` is an assignment.
+/// A value that somebody gives a variable of a halted program, or an input: `text` is an assignment.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Assignment {
     pub task: u16,
@@ -449,6 +450,15 @@ impl Assignment {
     /// The variable, as the text names it.
     pub fn target(&self) -> String {
         String::from(self.text.split('=').next().unwrap_or_default().trim())
+    }
+
+    /// The line and its state, as texts, if an input is given one: `DIN(3) = 1`.
+    pub(crate) fn of_input(&self) -> Option<(&str, &str)> {
+        let (target, state) = scol_mini::split_assignment(&self.text)?;
+        let (function, rest) = target.split_once('(')?;
+        let line = rest.strip_suffix(')')?;
+        let is_input = function.trim().eq_ignore_ascii_case("DIN");
+        is_input.then_some((line, state))
     }
 }
 
@@ -593,6 +603,17 @@ pub enum InspectError {
     NoFile,
     #[error("task {0} does not run")]
     NoTask(u16),
+    /// Not the number of an input.
+    #[error("there is no such input; inputs are {LINE_NUMBERS}")]
+    NoInput,
+    /// An input that the controller itself acts on.
+    #[error(
+        "input {line} is {name}, which acts on the controller itself: drive it with `ts3100 ctl inputs`, or with `at`"
+    )]
+    SystemInput { line: u16, name: &'static str },
+    /// The value for an input.
+    #[error("expected 0 or 1 for an input, found {0}")]
+    NoState(String),
     /// See [`ProbeError`].
     #[error(transparent)]
     Probe(#[from] ProbeError),

@@ -82,7 +82,7 @@ pub use lint::{check, check_for, check_with_points};
 pub use machine::{Effect, Jump, Local, Machine, MonitorAction, Recipient, Way};
 pub use memory::{AccessError, Memory};
 pub use options::{Arm, IntDivision, LanguageOptions};
-pub use outline::{first_difference, print_channels, starts_tasks};
+pub use outline::{first_difference, input_lines, print_channels, starts_tasks};
 pub use points::{PointsError, TaughtPoint, parse_points};
 pub use probe::{ProbeError, split_assignment};
 pub use program::{Program, STATE_VERSION, VariableInfo};

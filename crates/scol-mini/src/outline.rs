@@ -338,6 +338,28 @@ fn code_lines(source: &str) -> Vec<(u32, String)> {
     lines.collect()
 }
 
+/// Numbers of the inputs that a source reads, where DIN has them as figures.
+pub fn input_lines(source: &str) -> BTreeSet<u16> {
+    let outline = Outline::new(source);
+    let rows = outline.parts.iter().flat_map(|part| &part.rows);
+    let bodies: Vec<&[Lexeme]> = rows.map(|row| row.body.as_slice()).collect();
+    let heads = bodies.iter().flat_map(|body| {
+        let heads = body
+            .iter()
+            .enumerate()
+            .filter(|(_, lexeme)| lexeme.word() == "DIN");
+        heads.map(|(at, _)| body.get(at + 1..).unwrap_or_default())
+    });
+    let listed = heads.flat_map(|rest| rest.iter().take_while(|lexeme| !lexeme.is(Sign::Close)));
+    let numbers = listed.filter_map(|lexeme| {
+        let Token::Integer(number) = lexeme.token else {
+            return None;
+        };
+        u16::try_from(number).ok()
+    });
+    numbers.collect()
+}
+
 /// Whether a source starts tasks.
 pub fn starts_tasks(source: &str) -> bool {
     let outline = Outline::new(source);

@@ -5,6 +5,7 @@
 
 use super::{Launched, Launcher, Origin, Refusal, SOURCE, Server, Source};
 use serde_json::{Value, json};
+use std::ffi::OsStr;
 use std::path::Path;
 
 impl<L: Launcher> Server<L> {

@@ -61,7 +61,7 @@ impl<L: Launcher> Server<L> {
             ("Local", Container::Locals { task, call }, Some("locals")),
             ("Global", Container::Globals { task, call }, None),
             ("Points", Container::Points { task, call }, None),
-            ("Lines", Container::Lines, None),
+            ("Lines", Container::Lines { task, call }, None),
             ("Channels", Container::Channels, None),
         ];
         let scopes = scopes.map(|(name, container, hint)| {

@@ -27,11 +27,17 @@ pub(super) enum Container {
         task: u16,
         call: usize,
     },
-    Lines,
-    /// Inputs, or outputs, that are on.
-    LinesOn {
-        inputs: bool,
+    Lines {
+        task: u16,
+        call: usize,
     },
+    /// The inputs that are on, and those that the program reads.
+    Inputs {
+        task: u16,
+        call: usize,
+    },
+    /// The outputs that are on.
+    Outputs,
     Channels,
     /// Elements of an array whose first subscripts are known.
     Array {
@@ -187,20 +193,20 @@ impl Container {
             }
             Container::Globals { task, call } => shared(*task, *call, false),
             Container::Points { task, call } => shared(*task, *call, true),
-            Container::Lines => {
+            Container::Lines { task, call } => {
+                let (task, call) = (*task, *call);
                 let lines = [
-                    ("Inputs on", &scene.inputs, true),
-                    ("Outputs on", &scene.outputs, false),
+                    ("Inputs", &scene.inputs, Container::Inputs { task, call }),
+                    ("Outputs", &scene.outputs, Container::Outputs),
                 ];
                 lines
-                    .map(|(name, on, inputs)| {
+                    .map(|(name, on, children)| {
                         let numbers: Vec<String> = on.iter().map(ToString::to_string).collect();
-                        let children = (!on.is_empty()).then_some(Container::LinesOn { inputs });
-                        let value = if on.is_empty() {
-                            "none".to_owned()
-                        } else {
-                            numbers.join(", ")
+                        let value = match on.is_empty() {
+                            true => "none on".to_owned(),
+                            false => format!("on: {}", numbers.join(", ")),
                         };
+                        let children = Some(children);
                         Shown {
                             children,
                             ..Shown::fixed(name, value)
@@ -208,20 +214,23 @@ impl Container {
                     })
                     .into()
             }
-            Container::LinesOn { inputs } => {
-                let (on, function) = match inputs {
-                    true => (&scene.inputs, "DIN"),
-                    false => (&scene.outputs, "DOUT"),
-                };
-                let rows = on.iter().map(|line| {
-                    let name = format!("{function}({line})");
-                    let expression = inputs.then(|| name.clone());
+            Container::Inputs { .. } => {
+                let mut lines = scol_mini::input_lines(&debuggee.source().text);
+                lines.extend(&scene.inputs);
+                let rows = lines.into_iter().map(|line| {
+                    let name = format!("DIN({line})");
                     Shown {
-                        expression,
-                        ..Shown::fixed(name, "on")
+                        expression: Some(name.clone()),
+                        can_be_set: true,
+                        ..Shown::fixed(name, u8::from(scene.inputs.contains(&line)).to_string())
                     }
                 });
                 rows.collect()
+            }
+            Container::Outputs => {
+                let rows = scene.outputs.iter();
+                rows.map(|line| Shown::fixed(format!("DOUT({line})"), "1"))
+                    .collect()
             }
             Container::Channels => {
                 let rows = scene.channels.iter().map(|(name, bytes)| {
@@ -288,11 +297,13 @@ impl Container {
             Container::Globals { task, call } | Container::Points { task, call } => {
                 Ok((*task, *call, row.to_owned(), kind(&scene.variables)))
             }
-            Container::Array { task, call, .. } => Ok((*task, *call, row.to_owned(), None)),
+            Container::Array { task, call, .. } | Container::Inputs { task, call } => {
+                Ok((*task, *call, row.to_owned(), None))
+            }
             Container::Parts { task, call, name, .. } => Ok((*task, *call, format!("{name}.{row}"), None)),
-            Container::Lines | Container::LinesOn { .. } | Container::Channels => Err(Refusal::new(format!(
-                "{row} is not a variable: change an input with `ts3100 ctl` or, of a launched program, with `at`"
-            ))),
+            Container::Lines { .. } | Container::Outputs | Container::Channels => {
+                Err(Refusal::new(format!("{row} is neither a variable nor an input")))
+            }
         }
     }
 }
