@@ -2,9 +2,9 @@
 
 use crate::headless::{HeadlessRun, KeptEvent, RunEnd, RunError, RunRequest};
 use std::time::Duration;
-use ts3100_controller::Controller;
-use ts3100_controller::inspection::{Assignment, Inspection};
-use ts3100_workbench::dap::{Afterwards, Course, Ending, Refusal, Said};
+use ts3100_controller::inspection::Inspection;
+use ts3100_controller::{Controller, Input, PanelAction};
+use ts3100_workbench::dap::{Afterwards, Change, Course, Ending, Refusal, Said};
 
 /// A program that runs without sockets. A copy goes its own way.
 #[derive(Clone)]
@@ -71,23 +71,25 @@ impl Course for ProgramRun {
         };
         let after = self.run.passed().as_secs_f64();
         let then = match &end {
-            // What it waits for can still be given to it.
-            RunEnd::Blocked { .. } | RunEnd::NoInput { .. } | RunEnd::OutOfInput { .. } => Afterwards::Stays,
+            // Whatever it waits for can still be given to it.
+            RunEnd::Stopped { .. }
+            | RunEnd::Blocked { .. }
+            | RunEnd::NoInput { .. }
+            | RunEnd::OutOfInput { .. } => Afterwards::Stays,
             RunEnd::TimeUp { .. } => {
                 self.run.extend(self.max_time);
                 Afterwards::Continues
             }
-            RunEnd::End | RunEnd::Stopped { .. } | RunEnd::PowerOff | RunEnd::Alarm { .. } => {
-                Afterwards::Over
-            }
+            RunEnd::End | RunEnd::PowerOff | RunEnd::Alarm { .. } => Afterwards::Over,
         };
         let remedy = match &end {
-            RunEnd::Blocked { .. } => "; change a variable, or plan an input with `at`",
+            RunEnd::Blocked { .. } => "; change a variable or an input, or plan the input with `at`",
             RunEnd::NoInput { .. } | RunEnd::OutOfInput { .. } => "; give it records with `input`",
             RunEnd::TimeUp { .. } => {
                 ", since `maxTime` is over; continue runs for as long again, a larger `maxTime` stops later"
             }
-            RunEnd::End | RunEnd::Stopped { .. } | RunEnd::PowerOff | RunEnd::Alarm { .. } => "",
+            RunEnd::Stopped { .. } => "; to continue is START",
+            RunEnd::End | RunEnd::PowerOff | RunEnd::Alarm { .. } => "",
         };
         Some(Ending {
             code: u8::from(!matches!(end, RunEnd::End | RunEnd::Stopped { .. })),
@@ -106,9 +108,21 @@ impl Course for ProgramRun {
         true
     }
 
-    fn assign(&mut self, assignment: &Assignment) -> Result<(), Refusal> {
-        let assigned = self.run.controller_mut().assign(assignment);
-        self.run.wake();
-        assigned.map_err(Refusal::new)
+    fn waits_for_start(&self) -> bool {
+        self.run.waits_for_start()
+    }
+
+    fn change(&mut self, change: &Change) -> Result<(), Refusal> {
+        match change {
+            Change::Start => {
+                self.run.wake(Input::by_hand(PanelAction::Start));
+                Ok(())
+            }
+            Change::Assignment(assignment) => {
+                let assigned = self.run.controller_mut().assign(assignment);
+                self.run.wake(Input::Tick);
+                assigned.map_err(Refusal::new)
+            }
+        }
     }
 }

@@ -401,8 +401,8 @@ pub(crate) struct HeadlessRun {
     started: bool,
     /// Where the arm is placed before that.
     position: Option<TestPosition>,
-    /// Something was changed from outside.
-    is_woken: bool,
+    /// Comes with the next step: something was changed from outside.
+    woken_by: Option<Input>,
     /// Longest run, in virtual time.
     limit: Duration,
 }
@@ -422,7 +422,7 @@ impl Clone for HeadlessRun {
             },
             started: self.started,
             position: self.position.clone(),
-            is_woken: self.is_woken,
+            woken_by: self.woken_by.clone(),
             limit: self.limit,
         }
     }
@@ -456,7 +456,7 @@ impl HeadlessRun {
             },
             started: false,
             position: job.position,
-            is_woken: false,
+            woken_by: None,
             limit: job.max_time,
         };
         run.prepare(&job.name, job.call.as_deref(), &job.source, &job.lines_on)?;
@@ -499,12 +499,12 @@ impl HeadlessRun {
             }
             return Ok(self.end());
         }
+        if let Some(input) = self.woken_by.take() {
+            self.feed(self.seat.controller.now(), input);
+            return Ok(self.end());
+        }
         if let Some(ending) = self.end() {
             return Ok(Some(ending));
-        }
-        if std::mem::take(&mut self.is_woken) {
-            self.feed(self.seat.controller.now(), Input::Tick);
-            return Ok(self.end());
         }
         if self.give_record() {
             return Ok(self.end());
@@ -542,9 +542,14 @@ impl HeadlessRun {
         self.limit = self.limit.saturating_add(by);
     }
 
-    /// What was changed from outside counts from the next step on, at the present time.
-    pub(crate) fn wake(&mut self) {
-        self.is_woken = true;
+    /// Takes this with the next step, at the present time.
+    pub(crate) fn wake(&mut self, input: Input) {
+        self.woken_by = Some(input);
+    }
+
+    /// Whether START continues it.
+    pub(crate) fn waits_for_start(&self) -> bool {
+        self.started && matches!(self.end(), Some(RunEnd::Stopped { .. }))
     }
 
     /// What has happened since the last call.

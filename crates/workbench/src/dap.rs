@@ -16,7 +16,7 @@ pub use arguments::{AttachArguments, LaunchArguments};
 pub use debuggee::{
     Abilities, Debuggee, Goal, MAIN_TASK, Progress, Refusal, Said, Scene, Source, Stop, StopReason, placed,
 };
-pub use timeline::{Afterwards, Course, Ending, Timeline};
+pub use timeline::{Afterwards, Change, Course, Ending, Timeline};
 
 use arguments::{Attributes, Request};
 use serde::de::DeserializeOwned;
@@ -243,12 +243,12 @@ impl<L: Launcher> Server<L> {
         self.tell_said();
         match progress {
             Ok(Progress::Going) => {}
+            Ok(Progress::Stopped(Stop {
+                reason: StopReason::End { code, words },
+                ..
+            })) if self.no_debug => self.exited(code, &words),
             Ok(Progress::Stopped(stop)) => self.stopped(stop, enters),
-            Ok(Progress::Ended { code, words }) => {
-                self.console(&format!("{words}\n"));
-                self.event("exited", &json!({ "exitCode": code }));
-                self.over();
-            }
+            Ok(Progress::Ended { code, words }) => self.exited(code, &words),
             Err(reason) => {
                 self.event(
                     "output",
@@ -258,6 +258,12 @@ impl<L: Launcher> Server<L> {
             }
         }
         mem::take(&mut self.out)
+    }
+
+    fn exited(&mut self, code: u8, words: &str) {
+        self.console(&format!("{words}\n"));
+        self.event("exited", &json!({ "exitCode": code }));
+        self.over();
     }
 
     fn over(&mut self) {
@@ -562,7 +568,7 @@ impl<L: Launcher> Server<L> {
                 ("exception", words)
             }
             StopReason::Pause => ("pause", format!("Stopped {at}")),
-            StopReason::End(words) => ("pause", format!("Stopped: {words}")),
+            StopReason::End { words, .. } => ("pause", format!("Stopped: {words}")),
         };
         let hit: Vec<usize> = hit
             .into_iter()

@@ -77,8 +77,11 @@ pub enum StopReason {
         text: String,
     },
     Pause,
-    /// Nothing comes after this place; why.
-    End(String),
+    /// Nothing comes after this place by itself; the exit code, and why.
+    End {
+        code: u8,
+        words: String,
+    },
 }
 
 /// A stop.

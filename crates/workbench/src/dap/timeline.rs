@@ -35,11 +35,22 @@ pub trait Course: Clone + Send {
     /// Whether variables may be given other values: what is recorded has happened.
     fn may_change(&self) -> bool;
 
-    /// Carries out an assignment between two steps.
+    /// Whether START continues it: a STOP or a key has stopped the program.
+    fn waits_for_start(&self) -> bool;
+
+    /// Carries out a change between two steps.
     ///
     /// # Errors
     /// Why it is refused.
-    fn assign(&mut self, assignment: &Assignment) -> Result<(), Refusal>;
+    fn change(&mut self, change: &Change) -> Result<(), Refusal>;
+}
+
+/// Something done from outside to a run that has stopped.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum Change {
+    Assignment(Assignment),
+    /// START with the next step.
+    Start,
 }
 
 /// How a run has ended.
@@ -100,7 +111,11 @@ impl Course for Playback {
         false
     }
 
-    fn assign(&mut self, _: &Assignment) -> Result<(), Refusal> {
+    fn waits_for_start(&self) -> bool {
+        false
+    }
+
+    fn change(&mut self, _: &Change) -> Result<(), Refusal> {
         Err(Refusal::new(
             "a recording has happened: nothing in it can be changed",
         ))
@@ -132,7 +147,7 @@ pub struct Timeline<C> {
     began: Time,
     breakpoints: Vec<Breakpoint>,
     stops_on_alarm: bool,
-    assignments: Vec<(When, Assignment)>,
+    changes: Vec<(When, Change)>,
     /// The goal of the statement from which it has set out.
     target: Option<Target>,
     /// The first statement at which it may stop.
@@ -143,7 +158,7 @@ pub struct Timeline<C> {
     going: Going,
 }
 
-/// When a variable is given a value.
+/// When a change is made.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum When {
     /// Before the step with this number, from 0.
@@ -196,7 +211,7 @@ impl<C: Course> Timeline<C> {
             began,
             breakpoints: Vec::new(),
             stops_on_alarm: true,
-            assignments: Vec::new(),
+            changes: Vec::new(),
             target: None,
             first: 0,
             moved: Vec::new(),
@@ -220,13 +235,12 @@ impl<C: Course> Timeline<C> {
 
     /// An inspection of the next step of a place.
     fn inspection(&self, next: u64, first: u64, target: Option<Target>) -> Inspection {
-        let made = self
-            .assignments
-            .iter()
-            .filter_map(|(when, assignment)| match when {
-                When::Statement(number) if *number >= next => Some((*number, assignment.clone())),
-                When::Statement(_) | When::Step(_) => None,
-            });
+        let made = self.changes.iter().filter_map(|change| match change {
+            (When::Statement(number), Change::Assignment(assignment)) if *number >= next => {
+                Some((*number, assignment.clone()))
+            }
+            (When::Statement(_) | When::Step(_), _) => None,
+        });
         Inspection {
             next,
             first,
@@ -237,16 +251,13 @@ impl<C: Course> Timeline<C> {
         }
     }
 
-    /// A copy of a place before its next step, with the values that its variables are given there.
+    /// A copy of a place before its next step, with what is changed there.
     fn before_step(&self, place: &Place<C>, steps: u64) -> C {
         let mut run = place.run.clone();
-        let due = self
-            .assignments
-            .iter()
-            .filter(|(when, _)| *when == When::Step(steps));
-        for (_, assignment) in due {
+        let due = self.changes.iter().filter(|(when, _)| *when == When::Step(steps));
+        for (_, change) in due {
             // It was tried when it was made.
-            let _ = run.assign(assignment);
+            let _ = run.change(change);
         }
         run
     }
@@ -320,7 +331,7 @@ impl<C: Course> Timeline<C> {
         match then {
             Afterwards::Over => Progress::Ended { code, words },
             Afterwards::Stays | Afterwards::Continues => {
-                Progress::Stopped(Stop::of_program(StopReason::End(words)))
+                Progress::Stopped(Stop::of_program(StopReason::End { code, words }))
             }
         }
     }
@@ -347,11 +358,9 @@ impl<C: Course> Timeline<C> {
         self.said_of_step = 0;
     }
 
-    /// Whether a variable is given a value before this step: a run that had ended there continues.
+    /// Whether something is changed before this step: a run that had ended there continues.
     fn is_changed_at(&self, steps: u64) -> bool {
-        self.assignments
-            .iter()
-            .any(|(when, _)| *when == When::Step(steps))
+        self.changes.iter().any(|(when, _)| *when == When::Step(steps))
     }
 
     /// The statements from a copy on until that with the number `until`.
@@ -450,7 +459,7 @@ impl<C: Course> Timeline<C> {
     fn forget_future(&mut self) {
         self.keyframes.forget_after(self.steps);
         let (steps, at) = (self.steps, self.at);
-        self.assignments.retain(|(when, _)| match when {
+        self.changes.retain(|(when, _)| match when {
             When::Step(step) => *step <= steps,
             When::Statement(number) => *number <= at,
         });
@@ -517,11 +526,19 @@ impl<C: Course> Debuggee for Timeline<C> {
             }
             Goal::Run | Goal::Into(_) | Goal::Over(_) | Goal::Out(_) | Goal::Motion(_) => {}
         }
-        if let Going::Over(_) = self.going {
+        // The statement that is shown as the next one was not looked at yet, and is not where a step ends.
+        let starts = !self.is_halted && self.base.run.waits_for_start();
+        if starts {
+            self.forget_future();
+            let start = (When::Step(self.steps), Change::Start);
+            if !self.changes.contains(&start) {
+                self.changes.push(start);
+            }
+        } else if let Going::Over(_) = self.going {
             return Ok(());
         }
         self.moved.clear();
-        self.first = self.at + u64::from(self.is_halted);
+        self.first = self.at + u64::from(self.is_halted || starts);
         self.target = goal
             .step()
             .map(|(kind, task)| kind.target(task, self.depth(task)));
@@ -585,14 +602,16 @@ impl<C: Course> Debuggee for Timeline<C> {
         }
         let text = text.to_owned();
         let assignment = Assignment { task, call, text };
-        self.shown.assign(&assignment)?;
-        let value = self.evaluate(task, call, &assignment.target())?;
+        let target = assignment.target();
+        let change = Change::Assignment(assignment);
+        self.shown.change(&change)?;
+        let value = self.evaluate(task, call, &target)?;
         self.forget_future();
         let when = match self.is_halted {
             true => When::Statement(self.at),
             false => When::Step(self.steps),
         };
-        self.assignments.push((when, assignment));
+        self.changes.push((when, change));
         Ok(value)
     }
 

@@ -417,7 +417,10 @@ impl Attached {
     }
 
     fn stop_of(&self, stack: ProgramStack) -> Result<Stop, Refusal> {
-        let end = || StopReason::End("the end of the program; continue starts it again".to_owned());
+        let end = || StopReason::End {
+            code: 0,
+            words: "the end of the program; continue starts it again".to_owned(),
+        };
         let Some(stopped) = stack.stopped else {
             let reason = match stack.status.as_str() {
                 RESET => end(),
@@ -566,7 +569,7 @@ impl Debuggee for Attached {
         let is_own = match stop.reason {
             StopReason::Breakpoints(_) | StopReason::Fault(_) | StopReason::Step => true,
             StopReason::Pause => self.going == Going::Pause,
-            StopReason::Entry | StopReason::Alarm { .. } | StopReason::End(_) => false,
+            StopReason::Entry | StopReason::Alarm { .. } | StopReason::End { .. } => false,
         };
         (self.going, self.is_own_stop) = (Going::Stopped, is_own);
         Ok(Progress::Stopped(stop))

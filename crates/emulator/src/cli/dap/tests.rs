@@ -464,6 +464,102 @@ fn a_program_that_waits_for_nothing_continues_after_a_change() {
 }
 
 #[test]
+fn an_input_is_turned_on_where_the_program_waits_for_it() {
+    let mut editor = Editor::new();
+    let program = "PROGRAM MAIN\n  WAIT DIN(5)\n  IF DIN(-6) THEN GOTO OUT\n  PRINT COM1, \"SIX\", CR\nOUT:\n  PRINT COM1, \"FIVE\", CR\nEND\n";
+    let path = editor.file("inputs.scol", program);
+    let breakpoints = json!([{ "line": 3 }]);
+    let stop = editor.start(&json!({ "program": path }), &path, &breakpoints);
+    assert!(
+        stop["body"]["text"].as_str().unwrap().contains("or an input"),
+        "{stop}"
+    );
+    let frame = editor.ask("stackTrace", &json!({ "threadId": 1 }))["stackFrames"][0]["id"].clone();
+    let scopes = editor.ask("scopes", &json!({ "frameId": frame }));
+    let lines = editor.ask(
+        "variables",
+        &json!({ "variablesReference": scopes["scopes"][3]["variablesReference"] }),
+    );
+    assert_eq!(lines["variables"][0]["value"], "none on");
+    let inputs = json!({ "variablesReference": lines["variables"][0]["variablesReference"] });
+    let rows = editor.ask("variables", &inputs)["variables"].clone();
+    let shown = |at: usize| (rows[at]["name"].clone(), rows[at]["value"].clone());
+    assert_eq!(
+        [shown(0), shown(1)],
+        [(json!("DIN(5)"), json!("0")), (json!("DIN(6)"), json!("0"))]
+    );
+    let set = json!({ "variablesReference": inputs["variablesReference"], "name": "DIN(5)", "value": "1" });
+    assert_eq!(editor.ask("setVariable", &set)["value"], "1");
+    assert_eq!(editor.go("continue")["body"]["reason"], "breakpoint");
+
+    let give = |editor: &mut Editor, text: &str| {
+        let frame = editor.ask("stackTrace", &json!({ "threadId": 1 }))["stackFrames"][0]["id"].clone();
+        editor.request(
+            "evaluate",
+            &json!({ "expression": text, "frameId": frame, "context": "repl" }),
+        )
+    };
+    for (text, reason) in [
+        ("DIN(257) = 1", "input 257 is STOP"),
+        ("DIN(70) = 1", "there is no such input"),
+        ("DIN(5) = 2", "expected 0 or 1 for an input, found 2"),
+        ("DIN(N) = 1", "N is never given a value"),
+    ] {
+        let refused = give(&mut editor, text);
+        assert!(refused["message"].as_str().unwrap().contains(reason), "{refused}");
+    }
+    assert_eq!(give(&mut editor, "DIN(6) = 1")["body"]["result"], "1");
+    editor.go("next");
+    assert_eq!(editor.line(), 4, "the statement that was next reads it");
+    // On the way back it is as it was then, and on again after that.
+    editor.go("stepBack");
+    editor.go("stepBack");
+    assert_eq!((editor.line(), editor.value("DIN(6)")), (2, "0".to_owned()));
+    assert_eq!(editor.go("continue")["body"]["reason"], "breakpoint");
+    assert_eq!(editor.go("continue")["event"], "terminated");
+    assert!(editor.said().contains("SIX\nFIVE\n"));
+}
+
+#[test]
+fn continue_after_a_stop_of_the_program_is_start() {
+    let mut editor = Editor::new();
+    let program = "GLOBAL\n  N = 0\nEND\nPROGRAM MAIN\n  PRINT COM1, \"ONE\", CR\n  STOP\n  PRINT COM1, \"TWO\", N, CR\n  N = 2\nEND\n";
+    let path = editor.file("stops.scol", program);
+    let stop = editor.start(&json!({ "program": path }), &path, &json!([{ "line": 8 }]));
+    assert!(
+        stop["body"]["text"]
+            .as_str()
+            .unwrap()
+            .ends_with("to continue is START"),
+        "{stop}"
+    );
+    assert_eq!(editor.line(), 7);
+    let frame = editor.ask("stackTrace", &json!({ "threadId": 1 }))["stackFrames"][0]["id"].clone();
+    editor.ask(
+        "setExpression",
+        &json!({ "expression": "N", "value": "7", "frameId": frame }),
+    );
+    editor.go("next");
+    assert_eq!(editor.line(), 8);
+    assert!(editor.said().contains("TWO           7\n"), "{}", editor.said());
+    // The way back leads before the STOP; the change and START are made again on the way.
+    editor.go("stepBack");
+    editor.go("stepBack");
+    assert_eq!((editor.line(), editor.value("N")), (6, "0".to_owned()));
+    assert_eq!(editor.go("continue")["body"]["reason"], "breakpoint");
+    assert_eq!((editor.line(), editor.value("N")), (8, "7".to_owned()));
+    assert_eq!(editor.go("continue")["event"], "terminated");
+
+    let mut editor = Editor::new();
+    let path = editor.file("stops.scol", program);
+    let end = editor.start(&json!({ "program": path, "noDebug": true }), &path, &json!([]));
+    assert_eq!(
+        end["event"], "terminated",
+        "without debugging a STOP is the end, as of `ts3100 run`"
+    );
+}
+
+#[test]
 fn refusals_say_what_is_wrong() {
     let mut editor = Editor::new();
     let path = editor.file("wrong.scol", "PROGRAM MAIN\n  MOEV P1\nEND\n");

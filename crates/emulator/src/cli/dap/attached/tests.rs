@@ -194,6 +194,8 @@ fn a_program_is_debugged_while_a_host_talks_to_its_robot() {
     assert_eq!(editor.value("N * 3"), "6");
     let set = json!({"expression": "N", "value": "10", "frameId": 1});
     assert_eq!(editor.done("setExpression", &set)["value"], "10");
+    let set = json!({"expression": "DIN(30)", "value": "1", "frameId": 1});
+    assert_eq!(editor.done("setExpression", &set)["value"], "1");
 
     assert_eq!(editor.breakpoints(&json!([{"line": 11}])), [12]);
     editor.done("continue", &json!({"threadId": 1}));
