@@ -132,6 +132,7 @@ fn controller(name: &str, source: &str) -> Result<Lap, String> {
         lines_on: Vec::new(),
         scenario: None,
         call: None,
+        position: None,
         trace: false,
         profile: false,
         record_lines: false,

@@ -121,6 +121,7 @@ fn without_sockets() -> Result<u32, String> {
         lines_on: Vec::new(),
         scenario: None,
         call: None,
+        position: None,
         trace: false,
         profile: false,
         record_lines: false,
