@@ -53,29 +53,37 @@ def figures(patterns, output):
     return ", ".join(counted[:MOST_FIGURES] + more)
 
 
+def commands(row, form):
+    """The commands of a form, each with the name of its results: the row's, or that of one of its parts."""
+    if form == "bounded" or "parts" not in row:
+        return [(row["name"], row[form])]
+    return [("%s: %s" % (row["name"], part), row[form].format(part=part)) for part in row["parts"]]
+
+
 def run(options, means):
     """Runs the chosen means; the exit code."""
     form = "whole" if options.whole else "bounded"
     results = json.loads(RESULTS.read_text())
-    unknown = set(options.names) - {row["name"] for row in means}
+    known = {name for row in means for name, _ in [(row["name"], None), *commands(row, form)]}
+    unknown = set(options.names) - known
     if unknown:
-        sys.exit("unknown: %s; there are %s" % (", ".join(sorted(unknown)), ", ".join(row["name"] for row in means)))
+        sys.exit("unknown: %s; there are %s" % (", ".join(sorted(unknown)), ", ".join(sorted(known))))
     for row in means:
-        # What another phase of CI runs is run here when it is asked for.
-        if row["name"] not in options.names and (options.names or "phase" in row):
-            continue
-        command = [options.serve if word == "ts3100" else word for word in shlex.split(row[form])]
-        print("-- %s: %s" % (row["name"], row[form]), flush=True)
-        code, output, seconds = ended(command)
-        found = figures(row["figures"], output)
-        if code or not found:
-            print("FAIL %s: exit code %d%s" % (row["name"], code, "" if found else ", and none of its figures were printed"))
-            return 1
-        commit = subprocess.run(["git", "rev-parse", "--short=8", "HEAD"], cwd=ROOT, stdout=subprocess.PIPE, text=True, check=True).stdout.strip()
-        results.setdefault(row["name"], {})[form] = {"figures": found, "seconds": round(seconds), "commit": commit,
-                                                     "date": datetime.date.today().isoformat()}
-        if options.record:
-            RESULTS.write_text(json.dumps(results, indent=1, sort_keys=True) + "\n")
+        for name, words in commands(row, form):
+            # What another phase of CI runs is run here when it is asked for.
+            if not {name, row["name"]} & set(options.names) and (options.names or "phase" in row):
+                continue
+            print("-- %s: %s" % (name, words), flush=True)
+            code, output, seconds = ended([options.serve if word == "ts3100" else word for word in shlex.split(words)])
+            found = figures(row["figures"], output)
+            if code or not found:
+                print("FAIL %s: exit code %d%s" % (name, code, "" if found else ", and none of its figures were printed"))
+                return 1
+            commit = subprocess.run(["git", "rev-parse", "--short=8", "HEAD"], cwd=ROOT, stdout=subprocess.PIPE, text=True, check=True).stdout.strip()
+            results.setdefault(name, {})[form] = {"figures": found, "seconds": round(seconds), "commit": commit,
+                                                  "date": datetime.date.today().isoformat()}
+            if options.record:
+                RESULTS.write_text(json.dumps(results, indent=1, sort_keys=True) + "\n")
     return 0
 
 
@@ -113,10 +121,10 @@ def page(table, results):
         lines += ["### %s" % row["name"].capitalize(), "", row["what"] + ".", "", "| | Command | Result | Took | Commit | Date |", "|---|---|---|---|---|---|"]
         forms = ["bounded"] if row["whole"] == row["bounded"] else ["whole", "bounded"]
         for form in forms:
-            result = results.get(row["name"], {}).get(form)
-            said = (cell(result["figures"]), duration(result["seconds"]), result["commit"], result["date"]) if result else ("not run yet", "-", "-", "-")
-            name = "whole and bounded" if len(forms) == 1 else form
-            lines.append("| %s | `%s` | %s |" % (name, cell(row[form]), " | ".join(said)))
+            for name, words in commands(row, form):
+                result = results.get(name, {}).get(form)
+                said = (cell(result["figures"]), duration(result["seconds"]), result["commit"], result["date"]) if result else ("not run yet", "-", "-", "-")
+                lines.append("| %s | `%s` | %s |" % ("whole and bounded" if len(forms) == 1 else form, cell(words), " | ".join(said)))
         lines.append("")
     counted, proven = clauses()
     lines += ["## Clauses", "", "The statements of the manuals and the decisions of this project, one by one (`docs/clauses.tsv`). CI fails if one that was proven is",
