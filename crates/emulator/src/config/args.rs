@@ -28,6 +28,7 @@ use ts3100_controller::{ControlRight, ControllerType, Dialect, KeySwitch};
 use ts3100_driver::clock::{TimeGap, TimeMode};
 use ts3100_driver::tcp::Ports;
 use ts3100_proto::words::{UnexpectedWord, Word};
+use ts3100_recording::program_test::ENDING;
 
 /// Start an emulated controller and serve its ports until Ctrl-C.
 ///
@@ -437,14 +438,18 @@ where
     }
 }
 
-/// Reads the name of a file to write. `-` would become a file of this name, where other programs mean stdout.
+/// Reads the name of a file to write. `-` would become a file of this name, where other programs mean stdout; a program and its
+/// tests are what somebody has written.
 pub(crate) fn written_file() -> impl TypedValueParser<Value = PathBuf> {
     PathBufValueParser::new().try_map(|path| {
         if path == Path::new("-") {
-            Err("this report has to be a file; ./- is a file of this name")
-        } else {
-            Ok(path)
+            return Err("this report has to be a file; ./- is a file of this name");
         }
+        let name = path.to_string_lossy().to_ascii_lowercase();
+        if name.ends_with(".scol") || name.ends_with(ENDING) {
+            return Err("the report would replace a program or its tests; give it another ending");
+        }
+        Ok(path)
     })
 }
 
