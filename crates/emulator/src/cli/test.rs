@@ -17,6 +17,7 @@ use anyhow::{Context as _, anyhow, bail};
 use clap::Args;
 use scol_mini::Severity;
 use show::{FileOutcome, TestOutcome, TestPrinter};
+use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
 use ts3100_controller::Config;
@@ -56,6 +57,7 @@ pub(super) struct TestArgs {
 impl TestArgs {
     /// The files of tests, in order, each as given or found; or a path and why there is none.
     fn found(&self) -> Vec<Result<PathBuf, (PathBuf, anyhow::Error)>> {
+        let mut seen = BTreeSet::new();
         let found = programs::expand(TESTS, &self.files).into_iter();
         let found = found.map(|found| match found {
             Ok(path) => beside(&path).map_err(|error| (path, error)),
@@ -64,6 +66,8 @@ impl TestArgs {
                 Err((path, error))
             }
         });
+        // A program and its tests, both named, are the same tests.
+        let found = found.filter(|found| found.as_ref().map_or(true, |path| seen.insert(path.clone())));
         found.collect()
     }
 

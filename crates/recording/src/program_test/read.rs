@@ -183,8 +183,14 @@ impl Reader<'_> {
             start.actions.push(action(self.text, value, words)?);
             Ok(())
         };
+        let mut inputs = BTreeSet::new();
         for value in table.get("inputs").map(array).transpose()?.unwrap_or_default() {
-            add(value, &format!("input {} on", whole(value)?))?;
+            let line = whole(value)?;
+            if !inputs.insert(line) {
+                let reason = format!("expected each input once, found {line} again");
+                return Err(TableError(value.span(), reason));
+            }
+            add(value, &format!("input {line} on"))?;
         }
         if let Some(value) = table.get("variables") {
             for (name, value) in variables(value)? {
