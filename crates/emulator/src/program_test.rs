@@ -71,7 +71,7 @@ pub struct TestResult {
     pub failures: Vec<Failure>,
     /// Virtual time from the start to the end.
     pub duration: Duration,
-    /// Lines of PRINT, in order.
+    /// Lines of PRINT, in order; the last ones of a program that prints very much.
     pub printed: Vec<Printed>,
     /// The last statements before the end.
     pub statements: Vec<Executed>,
@@ -178,7 +178,10 @@ struct Seen {
     /// Of the test.
     place: Place,
     unfinished: PrintedLines,
-    printed: Vec<Printed>,
+    /// The last lines.
+    printed: VecDeque<Printed>,
+    /// There were more.
+    is_incomplete: bool,
     statements: VecDeque<Executed>,
     failures: Vec<Failure>,
 }
@@ -209,9 +212,11 @@ impl Seen {
     }
 
     fn add_printed(&mut self, at: Duration, channel: &'static str, text: String) {
-        if self.printed.len() < MAX_PRINTED {
-            self.printed.push(Printed { at, channel, text });
+        if self.printed.len() >= MAX_PRINTED {
+            self.printed.pop_front();
+            self.is_incomplete = true;
         }
+        self.printed.push_back(Printed { at, channel, text });
     }
 
     fn end(&mut self) {
@@ -238,7 +243,7 @@ impl Seen {
         TestResult {
             failures: self.failures,
             duration,
-            printed: self.printed,
+            printed: self.printed.into(),
             statements: self.statements.into(),
         }
     }
@@ -280,6 +285,15 @@ fn judge(test: &ProgramTest, report: &RunReport, seen: &mut Seen) {
         }
     }
     judge_position(then, report, seen);
+    for (channel, records) in &test.records {
+        if let Some(unread) = report.unused.get(channel) {
+            let of = records.value.len();
+            let message = format!(
+                "records of {channel}: {unread} of {of} were not read; remove what the program has no INPUT for"
+            );
+            seen.fail(records.place, message);
+        }
+    }
     let entries = report.scenario.iter().flat_map(|outcome| &outcome.entries);
     for entry in entries {
         let reason = match &entry.verdict {
@@ -356,8 +370,11 @@ fn explained(end: &RunEnd) -> String {
             "; change an input with `given.inputs` or `at`, or a variable with `given.variables`".to_owned()
         }
         RunEnd::TimeUp { .. } => " when its time was up; give it more with `limit`".to_owned(),
-        RunEnd::End | RunEnd::Stopped { .. } | RunEnd::PowerOff | RunEnd::Alarm { .. } => {
-            return format!(": {sentence}");
+        RunEnd::Alarm { number, .. } => {
+            return format!(": {sentence}; `ts3100 explain {number}` has cause and remedy");
+        }
+        RunEnd::End | RunEnd::Stopped { .. } | RunEnd::PowerOff => {
+            return format!(" {}: {sentence}", end.word());
         }
     };
     let word = end.word();
@@ -372,6 +389,11 @@ fn judge_printed(channel: &str, expected: &Placed<Vec<String>>, seen: &mut Seen)
         PENDANT => "PRINT to the teach pendant".to_owned(),
         channel => format!("PRINT to {channel}"),
     };
+    if seen.is_incomplete {
+        let message =
+            format!("{of}: the program printed more than {MAX_PRINTED} lines, the most that a test compares");
+        return seen.fail(place, message);
+    }
     let differs = expected
         .value
         .iter()

@@ -106,7 +106,7 @@ what = \"output 8 on\"
         "pallet.test.toml:8: variable CONT: there is none of this name; did you mean `COUNT`?",
         "pallet.test.toml:9: position: expected P1 400.000 0.000 200.000 0.000 0.000 0.000 0.000 0.000 within 0.01, found 400.000 20.000 230.500",
         "pallet.test.toml:10: cycle time: expected at most 0.001 s, found ",
-        "pallet.test.toml:11: ending: expected alarm, found: ended",
+        "pallet.test.toml:11: ending: expected alarm, found end: ended",
         "pallet.test.toml:12: never output 8 on: ",
         "     printed:\n",
         "s IP1: DONE           2\n",
@@ -318,6 +318,54 @@ fn an_ending_explains_itself() {
 }
 
 #[test]
+fn records_that_no_input_has_read_fail_the_test() {
+    let tests = "[[test]]\nname = \"reads\"\ncall = \"READS()\"\ngiven.records.ip1 = [\"1\", \"2\", \"3\"]\n";
+    let (directory, file) = folder(tests);
+    let program = "PROGRAM READS\nINPUT IP1, N\nEND\nDATA\n";
+    directory.file("pallet.scol", PALLET.replace("DATA\n", program));
+    let text = stdout(&run(&["test", &file]));
+    let reason = ":4: records of IP1: 2 of 3 were not read; remove what the program has no INPUT for\n";
+    assert!(text.contains(reason), "{text}");
+}
+
+#[test]
+fn a_program_that_prints_more_than_a_test_compares_fails_it() {
+    let test = |name: &str, count: u32, expected: &str| {
+        format!("[[test]]\nname = \"{name}\"\ncall = \"TALK({count})\"\nthen.printed.ip1 = [{expected}]\n")
+    };
+    let (directory, file) = folder(&(test("much", 10_001, "") + &test("enough", 10_000, "")));
+    let program = "PROGRAM TALK(N)\nFOR I = 1 TO N\nPRINT \"X\", CR\nNEXT I\nEND\nDATA\n";
+    directory.file("pallet.scol", PALLET.replace("DATA\n", program));
+    let text = stdout(&run(&["test", &file]));
+    let reason =
+        ":4: PRINT to IP1: the program printed more than 10000 lines, the most that a test compares\n";
+    assert!(text.contains(reason), "{text}");
+    assert!(text.contains("2 tests: 1 passed, 1 failed"), "{text}");
+}
+
+#[test]
+fn a_program_and_its_tests_are_named_together() {
+    let (_directory, file) = folder("[[test]]\nname = \"home\"\n");
+    let program = file.replace(".test.toml", ".scol");
+    let text = stdout(&run(&["test", &file, &program]));
+    assert!(text.contains("1 test: "), "{text}");
+}
+
+#[test]
+fn a_report_replaces_neither_a_program_nor_its_tests() {
+    let (_directory, file) = folder("[[test]]\nname = \"home\"\n");
+    for report in [file.clone(), file.replace(".test.toml", ".scol")] {
+        let refused = run(&["test", &file, "--junit", &report]);
+        assert_eq!(refused.status.code(), Some(2));
+        assert!(
+            stderr(&refused).contains("would replace a program or its tests"),
+            "{}",
+            stderr(&refused)
+        );
+    }
+}
+
+#[test]
 fn an_alarm_is_expected_by_its_number() {
     let number = |name: &str, call: &str, alarm: &str| {
         format!("[[test]]\nname = \"{name}\"\ncall = \"{call}\"\nthen.alarm = \"{alarm}\"\n")
@@ -326,7 +374,7 @@ fn an_alarm_is_expected_by_its_number() {
     let (_directory, file) = folder(&tests);
     let text = stdout(&run(&["test", &file]));
     assert!(
-        text.contains("pallet.test.toml:8: alarm: expected 2-046, found: ended\n"),
+        text.contains("pallet.test.toml:8: alarm: expected 2-046, found end: ended\n"),
         "{text}"
     );
     // The alarm of the first names its line of the program.
@@ -344,6 +392,10 @@ fn what_cannot_be_tested_is_an_error_with_its_place() {
         (
             entry("call = \"PLCE(1, 2)\""),
             ":3:8: this file has no program PLCE; did you mean PLACE?",
+        ),
+        (
+            entry("given.inputs = [5, 8, 5]"),
+            ":3:23: expected each input once, found 5 again",
         ),
         (
             entry("call = \"PLACE(1)\""),
