@@ -91,9 +91,18 @@ impl Course for ProgramRun {
             RunEnd::Stopped { .. } => "; to continue is START",
             RunEnd::End | RunEnd::PowerOff | RunEnd::Alarm { .. } => "",
         };
+        let mut words = format!("after {after:.3} s: {}{remedy}", end.sentence());
+        let mut has_failed = !matches!(end, RunEnd::End | RunEnd::Stopped { .. });
+        if then == Afterwards::Over {
+            for unmet in self.run.unmet() {
+                words.push_str("\nscenario: ");
+                words.push_str(&unmet);
+                has_failed = true;
+            }
+        }
         Some(Ending {
-            code: u8::from(!matches!(end, RunEnd::End | RunEnd::Stopped { .. })),
-            words: format!("after {after:.3} s: {}{remedy}", end.sentence()),
+            code: u8::from(has_failed),
+            words,
             then,
         })
     }

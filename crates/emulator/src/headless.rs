@@ -549,7 +549,7 @@ impl HeadlessRun {
 
     /// Whether START continues it.
     pub(crate) fn waits_for_start(&self) -> bool {
-        self.started && matches!(self.end(), Some(RunEnd::Stopped { .. }))
+        self.started && matches!(self.end(), Some(RunEnd::Stopped { .. } | RunEnd::Alarm { .. }))
     }
 
     /// What has happened since the last call.
@@ -650,6 +650,13 @@ impl HeadlessRun {
         } else {
             RunEnd::NoInput { channel, line }
         }
+    }
+
+    /// The expectations of the scenario that are not met so far.
+    pub(crate) fn unmet(&self) -> Vec<String> {
+        let play = self.outcome.play.as_ref();
+        let outcome = play.map(|play| play.outcome(self.seat.controller.now()));
+        outcome.map_or_else(Vec::new, |outcome| outcome.failures().collect())
     }
 
     /// The report of a run that has ended.

@@ -560,6 +560,33 @@ fn continue_after_a_stop_of_the_program_is_start() {
 }
 
 #[test]
+fn continue_after_an_alarm_is_a_start() {
+    let mut editor = Editor::new();
+    let program = "PROGRAM MAIN\n  N = 0\n  X = 1 / N\n  PRINT COM1, \"AFTER\", CR\nEND\n";
+    let path = editor.file("alarm.scol", program);
+    let stop = editor.start(&json!({ "program": path }), &path, &json!([]));
+    assert_eq!(stop["body"]["reason"], "exception");
+    assert_eq!(editor.go("continue")["event"], "terminated");
+    assert_eq!(editor.said(), "AFTER\nafter 0.000 s: ended\n");
+}
+
+#[test]
+fn an_expectation_that_is_not_met_is_told_at_the_end() {
+    let mut editor = Editor::new();
+    let path = editor.file("pick.scol", "PROGRAM MAIN\n  DELAY 0.5\nEND\n");
+    let scenario = editor.file("cell.toml", "[[expect]]\nwhat = \"output 6 on\"\n");
+    let launch = json!({ "program": path, "scenario": scenario });
+    assert_eq!(editor.start(&launch, &path, &json!([]))["event"], "terminated");
+    let exit = editor.events.iter().find(|event| event["event"] == "exited");
+    assert_eq!(exit.unwrap()["body"]["exitCode"], 1);
+    let (said, told) = (
+        editor.said(),
+        "after 0.500 s: ended\nscenario: line 1, expect output 6 on: ",
+    );
+    assert!(said.starts_with(told), "{said}");
+}
+
+#[test]
 fn refusals_say_what_is_wrong() {
     let mut editor = Editor::new();
     let path = editor.file("wrong.scol", "PROGRAM MAIN\n  MOEV P1\nEND\n");
@@ -704,6 +731,10 @@ fn the_file_of_a_recording_is_that_of_its_name_while_it_has_its_text() {
         "{told}"
     );
     assert_eq!(frame(&mut editor)["source"]["sourceReference"], 1);
+    // A remark in another code does not hide that.
+    let remark = [b"' \x83\x65\n", lines.join("\n").as_bytes()].concat();
+    fs::write(&path, remark).unwrap();
+    assert_eq!(set(&mut editor, &path)["verified"], false);
 
     let path = editor.file(&name, &format!("{content}\n' a remark\n"));
     assert_eq!(set(&mut editor, &path)["verified"], true);
