@@ -26,8 +26,8 @@ use std::path::{Path, PathBuf, absolute};
 use std::sync::Arc;
 use std::sync::mpsc::{Receiver, RecvTimeoutError};
 use std::thread;
-use ts3100_driver::pc_file::{drive_name, read_content};
-use ts3100_proto::parameter::LineEnd;
+use ts3100_driver::files;
+use ts3100_driver::pc_file::{MAX_PC_FILE, drive_name};
 use ts3100_recording::replay::Playback;
 use ts3100_recording::transcript::Recording;
 use ts3100_workbench::dap::{
@@ -127,7 +127,8 @@ impl Launcher for Programs {
     }
 
     fn text(&self, path: &Path) -> Option<String> {
-        let content = read_content(path, LineEnd::Cr).ok()?;
+        // In whatever code its comments are: they do not count.
+        let content = files::read(path, MAX_PC_FILE).ok()?;
         Some(String::from_utf8_lossy(&content).into_owned())
     }
 

@@ -8,7 +8,7 @@ use ts3100_controller::limits::MAX_BREAKPOINTS;
 
 impl<L: Launcher> Server<L> {
     pub(super) fn set_breakpoints(&mut self, arguments: BreakpointsArguments) -> Result<Value, Refusal> {
-        self.debuggee()?;
+        self.debuggee()?.refresh()?;
         let recognized = self.recognize(&arguments.source);
         let (client, no_debug) = (self.client, self.no_debug);
         let wanted = arguments.breakpoints;

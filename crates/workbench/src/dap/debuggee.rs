@@ -192,6 +192,14 @@ pub struct Abilities {
 pub trait Debuggee: Send {
     fn abilities(&self) -> Abilities;
 
+    /// Reads the selected file again, where somebody else can change it.
+    ///
+    /// # Errors
+    /// Why it cannot be read.
+    fn refresh(&mut self) -> Result<(), Refusal> {
+        Ok(())
+    }
+
     /// The selected file; empty where none is.
     fn source(&self) -> Source;
 

@@ -92,6 +92,8 @@ impl TargetArgs {
     pub fn of_parts(address: Option<String>, robot: Option<String>, token: Option<String>) -> TargetArgs {
         let url = address.map(|address| match address.contains("://") {
             true => address,
+            // A port alone is one of this machine.
+            false if address.parse::<u16>().is_ok() => format!("http://127.0.0.1:{address}"),
             false => format!("http://{address}"),
         });
         TargetArgs { url, robot, token }

@@ -465,6 +465,10 @@ impl Debuggee for Attached {
         }
     }
 
+    fn refresh(&mut self) -> Result<(), Refusal> {
+        self.read_source(self.source.name.clone())
+    }
+
     fn source(&self) -> Source {
         self.source.clone()
     }
@@ -483,14 +487,8 @@ impl Debuggee for Attached {
     }
 
     fn set_breakpoints(&mut self, breakpoints: Vec<Breakpoint>) -> Vec<Result<u32, Refusal>> {
-        // A file that was downloaded since has other lines.
-        let read = self.read_source(self.source.name.clone());
-        let count = breakpoints.len();
         let plain: Vec<bool> = breakpoints.iter().map(Breakpoint::is_plain).collect();
-        let (set, found) = match &read {
-            Ok(()) => placed(breakpoints, &self.statement_lines, |_| Ok(())),
-            Err(reason) => (Vec::new(), vec![Err(reason.clone()); count]),
-        };
+        let (set, found) = placed(breakpoints, &self.statement_lines, |_| Ok(()));
         self.breakpoints = set;
         let mut wrong: Vec<(u32, Refusal)> = Vec::new();
         let refused = loop {
@@ -564,6 +562,8 @@ impl Debuggee for Attached {
         }
         if mem::take(&mut self.has_run) {
             self.listen_until_stop();
+            // A file that was downloaded since has other lines.
+            self.refresh()?;
         }
         let stop = self.stop_of(stack)?;
         let is_own = match stop.reason {

@@ -287,6 +287,28 @@ fn a_file_with_another_text_than_the_robot_is_told() {
 }
 
 #[test]
+fn a_file_that_is_put_on_the_robot_is_its_text_from_then_on() {
+    let mut cell = Cell::new();
+    assert_eq!(cell.ask("SP"), "OK\r");
+    cell.advance(1.0);
+    let folder = TempDir::new("debugged");
+    let path = folder.path().join("test.scol");
+    let text = PROGRAM.replace("N = N + 1", "N = N + 2");
+    std::fs::write(&path, &text).unwrap();
+    let mut editor = Editor::new();
+    let address = cell.emulator.control().unwrap().to_string();
+    editor.done("attach", &json!({"address": address, "program": path}));
+    let breakpoints = json!({"source": {"path": path}, "breakpoints": [{"line": 7}]});
+    for is_there in [false, true] {
+        let set = editor.done("setBreakpoints", &breakpoints);
+        assert_eq!(set["breakpoints"][0]["verified"], is_there, "{set}");
+        cell.emulator.put_file("TEST", &text).unwrap();
+        cell.emulator.select_file("TEST").unwrap();
+    }
+    editor.done("disconnect", &json!({}));
+}
+
+#[test]
 fn a_program_that_was_paused_continues_when_the_debugger_leaves() {
     let mut cell = Cell::new();
     let mut editor = Editor::new();
