@@ -45,8 +45,8 @@ TEXTS = ["README.md", "CHANGELOG.md", "LICENSE-APACHE", "LICENSE-MIT"]
 # Owner and group in a package, where they are root's.
 ROOTS = 0
 # What the profile `dist` has for speed, and its level in a package.
-FOR_SIZE = {"scol-mini": "z", "libm": "z", "ts3100-controller": "z", "ts3100-proto": "z", "ts3100-driver": "z", "tokio": "z", "mio": "z", "bytes": "z",
-            "ts3100-control": "z", "ts3100-recording": "z"}
+FOR_SIZE = {"scol-mini": "z", "libm": "z", "ts3100-controller": "z", "ts3100-proto": "z", "ts3100-driver": "z", "tokio": "z", "mio": "z",
+            "bytes": "z", "ts3100-control": "z", "ts3100-recording": "z"}
 
 
 def run(*command, cwd=ROOT, **variables):
