@@ -346,6 +346,12 @@ impl Attached {
 
     /// Reads the selected file.
     fn read_source(&mut self, name: String) -> Result<(), Refusal> {
+        let stack: ProgramStack = self.calls.get("/program/stack")?;
+        self.read_text(name, &stack)
+    }
+
+    /// Reads the text of the selected file; its lines are those of this stack.
+    fn read_text(&mut self, name: String, stack: &ProgramStack) -> Result<(), Refusal> {
         #[derive(Deserialize)]
         struct File {
             text: Option<String>,
@@ -357,8 +363,7 @@ impl Attached {
                 self.calls.get::<File>(&path)?.text
             }
         };
-        let stack: ProgramStack = self.calls.get("/program/stack")?;
-        self.statement_lines = stack.statement_lines;
+        self.statement_lines.clone_from(&stack.statement_lines);
         self.source = Source {
             name,
             text: text.unwrap_or_default(),
@@ -563,7 +568,7 @@ impl Debuggee for Attached {
         if mem::take(&mut self.has_run) {
             self.listen_until_stop();
             // A file that was downloaded since has other lines.
-            self.refresh()?;
+            self.read_text(self.source.name.clone(), &stack)?;
         }
         let stop = self.stop_of(stack)?;
         let is_own = match stop.reason {
