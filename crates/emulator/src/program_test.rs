@@ -305,7 +305,7 @@ fn judge(test: &ProgramTest, report: &RunReport, seen: &mut Seen) {
     }
 }
 
-/// What to do about a step that was not done.
+/// The remedy for a step that was not done.
 fn remedy_of_step(test: &ProgramTest, line: usize) -> &'static str {
     let mut steps = test.scenario.steps.iter().filter(|step| step.line == line);
     match steps.all(|step| matches!(step.trigger, StepTrigger::At(_))) {

@@ -54,7 +54,7 @@ pub(super) trait Attributes: DeserializeOwned {
     /// The name of each, with what it is.
     const KNOWN: &'static [(&'static str, &'static str)];
 
-    /// Reads them. `warn` is told of unknown ones, which have no effect.
+    /// Reads them. `warn` takes a warning about each unknown one, which has no effect.
     ///
     /// # Errors
     /// The first one whose value is something else.

@@ -79,7 +79,7 @@ impl<L: Launcher> Server<L> {
         Ok(())
     }
 
-    /// What a frame shows.
+    /// The source of a frame: the file of the editor, or the text that runs.
     pub(super) fn source_document(&mut self) -> Value {
         let launched = self.launched.as_ref();
         let path = launched.and_then(|launched| launched.path.clone());
