@@ -3,6 +3,7 @@
     .ci/run              what every change has to pass
     .ci/run quick        format, lints, tests, clauses and a host's whole day: before each push
     .ci/run full         the programs for all platforms and the benchmarks as well: weekly, and before a release
+    .ci/run dependencies what deny.toml says of the lock file
     .ci/run [full] PHASE...   these phases only, as the jobs of .github/workflows/ci.yml; `.ci/run phases` lists them
 
 How the programs are made changes seldom: a second build for the same bytes, the cross builds, Wine and qemu. They run in full,
@@ -221,10 +222,12 @@ def build():
 
 
 def fuzzing():
-    """six seconds a target"""
+    """six seconds a target; in full with AddressSanitizer as well"""
     packages("c++:g++")
     # The same inputs each time: what is found is of the change.
     run("fuzz/run", "6", FUZZ_SEED="1")
+    if FORM == "full":
+        run("fuzz/run", "--sanitizer", "address", "6", "protocol", "canary", FUZZ_SEED="1", RUSTC_BOOTSTRAP="1")
 
 
 def documents():
@@ -278,7 +281,8 @@ def last_week():
 def control():
     """the control interface and its document, many robots, reports, assistants, and the pages in a browser"""
     packages("chromium:chromium")
-    together(interface=serving("control/http_attacks"), openapi=serving("control/openapi_document", "--venv", python().parent.parent),
+    together(interface=serving("control/http_attacks", "--examples", "20", "--venv", TOOLS / "attacks"),
+             openapi=serving("control/openapi_document", "--venv", python().parent.parent),
              many_robots=serving("control/many_robots"), sarif=serving("control/sarif_reports"), assistants=serving("control/mcp_server"),
              pages=serving("control/pendant_page", "--pictures", TARGET / "pictures", python=python()),
              trace=serving("control/trace_page", "--pictures", TARGET / "pictures", python=python()),
@@ -351,7 +355,7 @@ def quick():
 
 
 PHASES = {phase.__name__: phase for phase in (source, tests, build, fuzzing, documents, control, clients, release, hosts, trust, figures)}
-ALONE = {"quick": quick, "lints": lints}
+ALONE = {"quick": quick, "lints": lints, "dependencies": dependencies}
 
 
 def chosen(words):
