@@ -7,8 +7,8 @@
     .ci/run [full] PHASE...   these phases only, as the jobs of .github/workflows/ci.yml; `.ci/run phases` lists them
 
 How the programs are made changes seldom: a second build for the same bytes, the cross builds, Wine and qemu. They run in full,
-and in a run whose Cargo files, packaging or build scripts differ from those with which full has passed last. Full writes their
-hash to .ci/passed.sha256 at its end: commit it.
+and in a run whose Cargo files, packaging or build scripts differ from those with which they have passed last. The phase release
+writes their hash to .ci/passed.sha256 then: commit it.
 
 Each phase is announced; the first failure ends the run. The wall time of each phase is printed at the end."""
 
@@ -321,6 +321,8 @@ def release():
                   system("containers/kubernetes_manifests", "--binary", binary, "--tools", TOOLS)]
     together(containers=containers, packages=system("packages/release_packages", "--programs", folder, "--tools", TOOLS,
                                                     *(["--again", again / MUSL / "ts3100"] if again else [])))
+    if all_platforms():
+        PASSED.write_text(hash_of_build() + "\n")
 
 
 def figures():
@@ -384,8 +386,6 @@ def main():
         except Failed as failed:
             sys.exit(".ci/run %s: %s" % (name, failed))
         times.append("%6d s  %s" % (time.monotonic() - since, name))
-    if phases.keys() == PHASES.keys() and FORM == "full":
-        PASSED.write_text(hash_of_build() + "\n")
     print("\n%s\nall of it passed in %d s" % ("\n".join(times), time.monotonic() - begun))
 
 
