@@ -23,6 +23,9 @@ use ts3100_controller::{Bytes, Input, Port};
 /// Connections that may wait on one channel: a host that connects and closes several times in a row.
 const MAX_WAITING_CONNECTIONS: usize = 4;
 
+/// End of a peer whose bytes would keep the next host out, though it may be gone.
+const FLOODS: &str = "floods the port; its unread bytes are dropped";
+
 /// A connection that waits for its predecessor to end.
 struct Waiting {
     connection: NewConnection,
@@ -157,13 +160,13 @@ impl Channel {
         let port = self.port;
         match &self.connection {
             None => vec![self.connect(incoming)],
-            // Otherwise the next host would be refused until all of it is answered, though the other may be gone.
+            // Otherwise the next host would be refused until all of it is answered.
             Some(old) if self.waiting.len() < MAX_WAITING_CONNECTIONS && old.is_flooding() => {
                 self.waiting.push_back(Waiting {
                     connection: incoming,
                     overdue: None,
                 });
-                self.end("floods the port; its unread bytes are dropped", Connection::abort)
+                self.end(FLOODS, Connection::abort)
             }
             // A host that has closed and is already back is not refused: it is served as soon as the old
             // connection is read to its end.
@@ -189,8 +192,11 @@ impl Channel {
     }
 
     /// Refuses a waiting connection if the previous one is still open and not about to close. On a serial line one that has
-    /// closed makes room for it.
+    /// closed makes room for it, and anywhere one that floods the port by now.
     fn refuse_overdue(&mut self, index: usize) -> Vec<Input> {
+        if self.connection.as_ref().is_some_and(Connection::is_flooding) {
+            return self.end(FLOODS, Connection::abort);
+        }
         let has_closed = self.connection.as_ref().is_some_and(Connection::peer_has_closed);
         if self.drops_unread && has_closed {
             return self.end("has gone; its unread output is dropped", Connection::abort);

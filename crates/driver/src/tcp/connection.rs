@@ -4,13 +4,13 @@
 use super::NewConnection;
 use crate::portion::{log_bytes, take_portion};
 use crate::socket;
+#[cfg(target_os = "linux")]
+use rustix::event::{PollFd, PollFlags, Timespec, poll};
 use socket2::{SockRef, TcpKeepalive};
 use std::collections::VecDeque;
-use std::future::Future;
 use std::io::{self, Read as _};
 use std::net::{Shutdown, SocketAddr};
-use std::pin::pin;
-use std::task::{Context, Poll, Waker, ready};
+use std::task::{Context, Poll, ready};
 use std::time::Duration;
 use tokio::io::Interest;
 use tokio::net::TcpStream;
@@ -203,8 +203,21 @@ impl Connection {
         let _ = self.stream.try_io(Interest::READABLE, || emptied);
     }
 
-    /// Whether the system knows that the peer has closed, though its last bytes may still be unread.
+    /// Whether the system knows that the peer has closed, though its last bytes may still be unread. The runtime learns of it only
+    /// when it looks at its sockets, and bytes without a pause keep it from that for longer than [`super::CLOSE_GRACE`].
+    #[cfg(target_os = "linux")]
     pub(super) fn peer_has_closed(&self) -> bool {
+        let mut asked = [PollFd::new(&self.stream, PollFlags::RDHUP)];
+        // Nothing is known of one that cannot be asked: it counts as closed.
+        poll(&mut asked, Some(&Timespec::default())).map_or(true, |ready| ready > 0)
+    }
+
+    /// Whether the runtime knows that the peer has closed, though its last bytes may still be unread.
+    #[cfg(not(target_os = "linux"))]
+    pub(super) fn peer_has_closed(&self) -> bool {
+        use std::future::Future as _;
+        use std::pin::pin;
+        use std::task::Waker;
         let ready = pin!(self.stream.ready(Interest::READABLE));
         match ready.poll(&mut Context::from_waker(Waker::noop())) {
             Poll::Ready(Ok(ready)) => ready.is_read_closed(),

@@ -211,6 +211,34 @@ async fn a_host_that_floods_gives_way_to_the_next() {
 }
 
 #[tokio::test]
+async fn a_host_that_begins_to_flood_while_the_next_waits_gives_way() {
+    let (mut links, port) = server(SecondConnection::Refuse);
+    let mut flood = dial(port).await;
+    next(&mut links).await;
+    let host = dial(port).await;
+    assert_eq!(event(&mut links).await, [], "it waits");
+    flood.write_all(&[0x03; 40 * 1024]).await.unwrap();
+    assert_eq!(event_reading(&mut links, 0).await, [GONE, connected(&host)]);
+}
+
+/// Bytes without a pause keep the runtime from its sockets; here it never looks at them.
+#[cfg(target_os = "linux")]
+#[tokio::test]
+async fn a_close_is_known_before_the_runtime_looks_at_its_sockets() {
+    use std::io::Write as _;
+    let listener = std::net::TcpListener::bind(("127.0.0.1", 0)).unwrap();
+    let mut peer = std::net::TcpStream::connect(listener.local_addr().unwrap()).unwrap();
+    let (stream, address) = listener.accept().unwrap();
+    stream.set_nonblocking(true).unwrap();
+    let stream = TcpStream::from_std(stream).unwrap();
+    let connection = connection::Connection::new(Port::Ip0, (stream, address, None));
+    peer.write_all(b"unread").unwrap();
+    assert!(!connection.peer_has_closed());
+    drop(peer);
+    assert!(connection.peer_has_closed());
+}
+
+#[tokio::test]
 async fn a_second_connection_may_replace_the_first() {
     let (mut links, port) = server(SecondConnection::Replace);
     let mut first = dial(port).await;
