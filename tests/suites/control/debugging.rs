@@ -247,3 +247,15 @@ fn rules_and_steps_survive_a_snapshot() {
     goes_to(&robot, "breakpoint", 7);
     assert_eq!(evaluate(&robot, "N"), json!([3]));
 }
+
+#[test]
+fn breakpoints_stay_through_a_power_cycle() {
+    let robot = running(CALLS);
+    let rules = r#"{"lines":[12],"rules":[{"line":6,"condition":"N == 2"}]}"#;
+    let set = robot.put("/breakpoints", rules);
+    goes_to(&robot, "breakpoint", 12);
+    robot.post("/power/cycle", "");
+    assert_eq!(robot.get("/breakpoints"), set);
+    robot.put("/servo", r#"{"on":true}"#);
+    goes_to(&robot, "breakpoint", 12);
+}

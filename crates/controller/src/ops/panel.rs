@@ -194,7 +194,7 @@ impl Robot {
     }
 
     /// Power off. The RAM drive, the error history, the selection, the posture, and what is turned or pressed by
-    /// hand stay.
+    /// hand stay, and so do breakpoints, which are a tool's and not the robot's.
     pub(crate) fn power_off(&mut self) {
         if !self.panel.state().powered {
             return;
@@ -217,13 +217,16 @@ impl Robot {
             return;
         }
         let file = FileName::parse(self.executor.file());
+        let breakpoints = self.executor.breakpoints().set().to_vec();
         self.panel.power_on(self.context.now);
         self.executor = Executor::new(&self.context.config.language(), self.context.now);
-        if let Ok(name) = file
-            && let Err(error) = self.select_file(&name)
-        {
-            let message = format!("the selection was dropped at power-on: {error}");
-            self.context.report(&rules::SELECTION_LOST, None, &[], message);
+        if let Ok(name) = file {
+            if let Err(error) = self.select_file(&name) {
+                let message = format!("the selection was dropped at power-on: {error}");
+                self.context.report(&rules::SELECTION_LOST, None, &[], message);
+            } else {
+                self.executor.set_breakpoints(breakpoints);
+            }
         }
         self.take_parameters();
         let causes = self.panel.alarm_causes().into_iter();
