@@ -226,22 +226,26 @@ impl<L: Launcher> Server<L> {
         self.is_running() || is_stopped && !self.patience().is_zero()
     }
 
-    /// Lets the program run for a moment; of one that has stopped, whether somebody else lets it run.
+    /// Lets the program run for a moment; of one that has stopped, looks what others have done to it.
     pub fn work(&mut self) -> Vec<Value> {
-        if self.phase == Phase::Stopped
-            && let Some(launched) = &mut self.launched
-            && launched.debuggee.runs_again()
-        {
-            self.resume();
-            let body = json!({ "threadId": MAIN_TASK, "allThreadsContinued": true });
-            self.event("continued", &body);
-        }
-        let (Phase::Running { enters }, Some(launched)) = (self.phase, &mut self.launched) else {
+        let Some(launched) = &mut self.launched else {
             return Vec::new();
         };
-        let progress = launched.debuggee.work();
+        let (progress, enters) = match self.phase {
+            Phase::Running { enters } => (launched.debuggee.work(), enters),
+            Phase::Stopped => match launched.debuggee.look_again().transpose() {
+                Some(progress) => (progress, false),
+                None => return Vec::new(),
+            },
+            Phase::Begun | Phase::Configuring { .. } | Phase::Over | Phase::Ended => return Vec::new(),
+        };
         self.tell_said();
         match progress {
+            Ok(Progress::Going) if self.phase == Phase::Stopped => {
+                self.resume();
+                let body = json!({ "threadId": MAIN_TASK, "allThreadsContinued": true });
+                self.event("continued", &body);
+            }
             Ok(Progress::Going) => {}
             Ok(Progress::Stopped(Stop {
                 reason: StopReason::End { code, words },

@@ -232,9 +232,12 @@ pub trait Debuggee: Send {
     /// Lets it stop where it is.
     fn pause(&mut self);
 
-    /// Whether a program that has stopped runs again, without the debugger.
-    fn runs_again(&mut self) -> bool {
-        false
+    /// What others have done to a program that has stopped: it runs again, or is at another place. `None`: nothing.
+    ///
+    /// # Errors
+    /// The program cannot be reached any more.
+    fn look_again(&mut self) -> Result<Option<Progress>, Refusal> {
+        Ok(None)
     }
 
     /// Takes what was said since the last call.

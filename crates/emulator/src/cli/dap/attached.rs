@@ -46,6 +46,8 @@ pub(super) struct Attached {
     going: Going,
     /// The debugger has stopped the program, so it lets it continue when it leaves.
     is_own_stop: bool,
+    /// Where it stopped last.
+    stopped_at: Option<ProgramStatus>,
     /// From the stream of events.
     told: Receiver<Told>,
     /// The program runs, so an event will tell its stop.
@@ -81,10 +83,11 @@ struct Calls {
 }
 
 /// The answer of `/program`.
-#[derive(Deserialize)]
+#[derive(PartialEq, Eq, Deserialize)]
 struct ProgramStatus {
     file: String,
     status: String,
+    line: u32,
 }
 
 /// The answer of `/program/stack`.
@@ -336,6 +339,7 @@ impl Attached {
             breakpoints: Vec::new(),
             going: Going::Run,
             is_own_stop: false,
+            stopped_at: None,
             told,
             has_run: false,
             said: Vec::new(),
@@ -422,13 +426,13 @@ impl Attached {
     }
 
     fn stop_of(&self, stack: ProgramStack) -> Result<Stop, Refusal> {
-        let end = || StopReason::End {
+        let end = |words: &str| StopReason::End {
             code: 0,
-            words: "the end of the program; continue starts it again".to_owned(),
+            words: words.to_owned(),
         };
         let Some(stopped) = stack.stopped else {
             let reason = match stack.status.as_str() {
-                RESET => end(),
+                RESET => end("the program is at its first step; continue starts it"),
                 _ => StopReason::Pause,
             };
             return Ok(Stop::of_program(reason));
@@ -444,7 +448,7 @@ impl Attached {
             },
             "step" => StopReason::Step,
             "alarm" => self.alarm()?,
-            "end" => end(),
+            "end" => end("the end of the program; continue starts it again"),
             _ => StopReason::Pause,
         };
         let task = stopped.task;
@@ -478,13 +482,16 @@ impl Debuggee for Attached {
         self.source.clone()
     }
 
-    fn runs_again(&mut self) -> bool {
-        let status = self.calls.get::<ProgramStatus>("/program");
-        let runs = self.going == Going::Stopped && status.is_ok_and(|status| status.status == RUNNING);
-        if runs {
-            (self.going, self.has_run, self.is_own_stop) = (Going::Run, true, false);
+    fn look_again(&mut self) -> Result<Option<Progress>, Refusal> {
+        let status: ProgramStatus = self.calls.get("/program")?;
+        if self.stopped_at.as_ref() == Some(&status) {
+            return Ok(None);
         }
-        runs
+        if status.status == RUNNING {
+            (self.going, self.has_run, self.is_own_stop) = (Going::Run, true, false);
+            return Ok(Some(Progress::Going));
+        }
+        self.work().map(Some)
     }
 
     fn statement_lines(&self) -> Vec<u32> {
@@ -576,7 +583,7 @@ impl Debuggee for Attached {
             StopReason::Pause => self.going == Going::Pause,
             StopReason::Entry | StopReason::Alarm { .. } | StopReason::End { .. } => false,
         };
-        (self.going, self.is_own_stop) = (Going::Stopped, is_own);
+        (self.going, self.is_own_stop, self.stopped_at) = (Going::Stopped, is_own, Some(status));
         Ok(Progress::Stopped(stop))
     }
 

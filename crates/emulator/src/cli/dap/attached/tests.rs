@@ -349,6 +349,29 @@ fn a_stop_of_the_host_stays_when_the_debugger_leaves() {
 }
 
 #[test]
+fn the_fate_of_a_stopped_program_is_told() {
+    let mut cell = Cell::new();
+    let mut editor = Editor::new();
+    editor.attach(&cell);
+    editor.breakpoints(&json!([{"line": 8}]));
+    editor.done("configurationDone", &json!({}));
+    cell.advance(1.0);
+    assert_eq!(editor.stop(), stopped("breakpoint", &["TEST 8"]));
+    assert_eq!(cell.text(), "SP\r");
+    assert!(editor.server.work().is_empty());
+    assert_eq!(cell.ask("RN"), "OK\r");
+    editor.event(|event| event["event"] == "continued");
+    cell.advance(1.0);
+    assert_eq!(editor.stop(), stopped("breakpoint", &["TEST 8"]));
+    assert_eq!(cell.text(), "SP\r");
+    assert_eq!(cell.ask("RS,PRG"), "OK\r");
+    assert_eq!(editor.stop(), stopped("pause", &["TEST 6"]));
+    assert!(editor.server.work().is_empty());
+    drop(cell);
+    editor.event(|event| event["event"] == "terminated");
+}
+
+#[test]
 fn a_refusal_says_where_an_emulator_is_found() {
     let mut editor = Editor::new();
     let listener = std::net::TcpListener::bind("127.0.0.1:0").unwrap();
