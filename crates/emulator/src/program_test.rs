@@ -298,19 +298,22 @@ fn judge(test: &ProgramTest, report: &RunReport, seen: &mut Seen) {
     for entry in entries {
         let reason = match &entry.verdict {
             Verdict::Failed(reason) => reason.clone(),
-            Verdict::Undone(reason) => format!("{reason}; {}", remedy_of_step(test, entry.line)),
+            Verdict::Undone(reason) => format!("{reason}; {}", remedy_of_entry(test, entry.line)),
             Verdict::Held | Verdict::Skipped(_) => continue,
         };
         seen.fail_at_line(entry.line, format!("{}: {reason}", entry.name));
     }
 }
 
-/// The remedy for a step that was not done.
-fn remedy_of_step(test: &ProgramTest, line: usize) -> &'static str {
-    let mut steps = test.scenario.steps.iter().filter(|step| step.line == line);
-    match steps.all(|step| matches!(step.trigger, StepTrigger::At(_))) {
-        true => "choose an earlier time, or remove the step",
-        false => "correct the step or remove it, or write `times = 0` if it need not happen",
+/// The remedy for a step that was not done, or an expectation that had not begun.
+fn remedy_of_entry(test: &ProgramTest, line: usize) -> &'static str {
+    let step = test.scenario.steps.iter().find(|step| step.line == line);
+    match step.map(|step| &step.trigger) {
+        Some(StepTrigger::At(_)) => "choose an earlier time, or remove the step",
+        Some(StepTrigger::When(..)) => {
+            "correct the step or remove it, or write `times = 0` if it need not happen"
+        }
+        None => "correct `after`, or remove the entry",
     }
 }
 

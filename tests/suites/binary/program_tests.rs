@@ -147,6 +147,10 @@ actions = [\"input 7 on\"]
 when = \"output 9 on\"
 times = 0
 actions = [\"input 7 on\"]
+
+[[test.never]]
+what = \"output 8 on\"
+after = \"output 9 on\"
 ";
     let (_directory, file) = folder(tests);
     let output = run(&["test", &file]);
@@ -163,10 +167,13 @@ actions = [\"input 7 on\"]
         format!(
             "pallet.test.toml:11: do when output 8 on: `input 7 on` was not done: the run ended after {end} s, before the 5 s after its condition had passed; correct the step"
         ),
+        format!(
+            "pallet.test.toml:21: never output 8 on: nothing was checked: it begins after `output 9 on`, which never happened; the run ended after {end} s; correct `after`, or remove the entry\n"
+        ),
     ] {
         assert!(text.contains(&line), "{line}\n{text}");
     }
-    assert_eq!(text.matches("pallet.test.toml:").count(), 4, "{text}");
+    assert_eq!(text.matches("pallet.test.toml:").count(), 5, "{text}");
 }
 
 /// A failure is said of the line of its key, not of its test.

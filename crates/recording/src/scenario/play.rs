@@ -534,10 +534,15 @@ impl ExpectationState {
 
     /// The verdict if nothing else happens.
     fn verdict_at_end(&self, begun: Time, now: Time) -> Verdict {
-        if matches!(self.expectation.kind, ExpectationKind::Never { .. }) {
-            return Verdict::Held;
-        }
         let ended = format!("the run ended after {}", seconds(now.since(begun)));
+        if matches!(self.expectation.kind, ExpectationKind::Never { .. }) {
+            return match (&self.expectation.after, self.since) {
+                (Some(after), None) => Verdict::Undone(format!(
+                    "nothing was checked: it begins after `{after}`, which never happened; {ended}"
+                )),
+                _ => Verdict::Held,
+            };
+        }
         Verdict::Failed(format!("{}; {ended}", self.unmet()))
     }
 

@@ -11,7 +11,7 @@ pub enum Verdict {
     Held,
     /// Not as expected: what was expected and what came.
     Failed(String),
-    /// Actions that were not done before the end, and why.
+    /// Actions that were not done before the end, or an expectation that had not begun, and why.
     Undone(String),
     /// It had no occasion, as its entry allows.
     Skipped(String),

@@ -553,6 +553,19 @@ fn a_host_that_does_not_fails_with_words() {
 }
 
 #[test]
+fn what_must_not_happen_after_an_event_needs_the_event() {
+    let mut step = Stage::new("[[never]]\nwhat = \"command RN\"\nafter = \"input 3 on\"\n");
+    step.until(1_000);
+    let words =
+        "nothing was checked: it begins after `input 3 on`, which never happened; the run ended after 1 s";
+    assert_eq!(step.verdicts(), [Verdict::Undone(words.to_owned())]);
+    let on = ts3100_controller::PanelAction::InputLine { line: 3, on: true };
+    step.step(Time::from_millis(1_000), Input::by_hand(on));
+    step.until(2_000);
+    assert_eq!(step.verdicts(), [Verdict::Held]);
+}
+
+#[test]
 fn the_state_to_begin_with_does_not_happen() {
     let text = "[start]\nservo-on = true\ninputs = [5]\n\
         [[never]]\nwhat = \"servo on\"\n\
