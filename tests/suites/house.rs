@@ -480,3 +480,23 @@ fn every_error_has_a_type() {
     }
     none("functions that fail with a text", &offenders);
 }
+
+/// A tag can be moved to another commit, a hash cannot. The version is beside it, for people and for Dependabot.
+#[test]
+fn actions_are_pinned_by_hash() {
+    let mut paths = files(&root().join(".github/workflows"), "yml");
+    paths.push(root().join("action.yml"));
+    let is_pinned = |uses: &str| {
+        let version = uses.split_once('@').and_then(|(_, rest)| rest.split_once(" # v"));
+        version
+            .is_some_and(|(hash, _)| hash.len() == 40 && hash.bytes().all(|digit| digit.is_ascii_hexdigit()))
+    };
+    let mut offenders = Vec::new();
+    for path in paths {
+        let text = std::fs::read_to_string(&path).unwrap();
+        let used = text.lines().filter_map(|line| line.split("uses: ").nth(1));
+        let loose = used.filter(|uses| !is_pinned(uses));
+        offenders.extend(loose.map(|uses| format!("{}: {uses}", path.display())));
+    }
+    none("actions that are not pinned by hash", &offenders);
+}
