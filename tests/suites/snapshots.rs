@@ -202,6 +202,16 @@ fn impossible() -> Vec<(&'static str, Json, &'static str)> {
             0.5.into(),
             "arm.active",
         ),
+        (
+            "/arm/active/motion/path/Chain/motions/0/path/Joint/from/0",
+            1e5.into(),
+            "arm.active",
+        ),
+        (
+            "/arm/active/motion/path/Chain/motions/1/path/Tool/samples/1/2",
+            1e9.into(),
+            "arm.active",
+        ),
         ("/arm/wear/total/way/0", (-1.0).into(), "arm.wear"),
         (
             "/executor/main",

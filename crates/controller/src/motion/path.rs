@@ -11,7 +11,7 @@ use super::kinematics::{Place, follow, place};
 use super::pose::{
     Transform, cross, degrees, dot, minus, norm, pairwise, plus, plus_times, product, sin_cos, transposed,
 };
-use crate::model::{ArmKind, Joints};
+use crate::model::{ArmKind, ArmModel, Joints};
 use crate::prelude::*;
 pub(super) use chain::{Chain, ChainedMotion, SAMPLED_SPEED_MARGIN};
 use core::f64::consts::PI;
@@ -227,12 +227,25 @@ pub(super) enum Path {
 }
 
 impl Path {
-    /// Whether it belongs to an arm of this kind; for a snapshot.
-    pub(super) fn matches_arm(&self, kind: &ArmKind) -> bool {
+    /// Whether this arm can follow it; for a snapshot.
+    pub(super) fn is_valid(&self, model: &ArmModel) -> bool {
+        let is_posture = |joints: &Joints| model.check_limits(joints).is_ok();
         match self {
-            Path::Joint { courses, .. } => courses.as_ref().is_none_or(|courses| courses.is_valid()),
-            Path::Tool(tool_path) => tool_path.kind == *kind && !tool_path.samples.is_empty(),
-            Path::Chain(chain) => chain.matches_arm(kind),
+            Path::Joint { from, to, courses } => {
+                is_posture(from)
+                    && is_posture(to)
+                    && courses.as_ref().is_none_or(|courses| courses.is_valid())
+            }
+            Path::Tool(tool_path) => {
+                let steps = tool_path.samples.len().saturating_sub(1).max(1) as f64;
+                let mut samples = tool_path.samples.iter().enumerate();
+                tool_path.kind == model.kind
+                    && !tool_path.samples.is_empty()
+                    && samples.all(|(index, sample)| {
+                        is_posture(sample) && is_posture(&self.joints_at(index as f64 / steps))
+                    })
+            }
+            Path::Chain(chain) => chain.is_valid(model),
         }
     }
 

@@ -324,7 +324,7 @@ impl Motion {
             && self.tool_way.is_finite()
             && self.profile.is_valid()
             && self.profile.duration().is_finite()
-            && self.path.matches_arm(&model.kind)
+            && self.path.is_valid(model)
     }
 
     fn rates(&self) -> Rates {

@@ -12,7 +12,6 @@
 //! ```
 
 use super::Path;
-use crate::model::ArmKind;
 use crate::model::{ArmModel, Joints};
 use crate::motion::kinematics::place;
 use crate::motion::pose::{Transform, minus, norm, plus};
@@ -154,15 +153,21 @@ impl Chain {
         }
     }
 
-    /// Whether it is one of an arm of this kind, for a chain that was read.
-    pub(in crate::motion) fn matches_arm(&self, kind: &ArmKind) -> bool {
+    /// Whether this arm can follow it, for a chain that was read.
+    pub(in crate::motion) fn is_valid(&self, model: &ArmModel) -> bool {
         let count = 1..=MAX_MOTIONS + 1;
-        let fits = |path: &Path| !matches!(path, Path::Chain(_)) && path.matches_arm(kind);
+        let fits = |path: &Path| !matches!(path, Path::Chain(_)) && path.is_valid(model);
         let fit = self
             .motions
             .iter()
             .all(|motion| fits(&motion.path) && motion.is_valid());
-        count.contains(&self.motions.len()) && self.duration > 0.0 && self.duration.is_finite() && fit
+        let step = self.duration / f64::from(CHECKED_POINTS);
+        let mut looks = (0..=CHECKED_POINTS).map(|look| self.joints_at(step * f64::from(look)));
+        count.contains(&self.motions.len())
+            && self.duration > 0.0
+            && self.duration.is_finite()
+            && fit
+            && looks.all(|joints| model.check_limits(&joints).is_ok())
     }
 
     /// Fastest the tool point is, mm/s, with a margin for where two motions are added.
