@@ -73,12 +73,12 @@ def run(options, means):
             if not {name, row["name"]} & set(options.names) and (options.names or "phase" in row):
                 continue
             print("-- %s: %s" % (name, words), flush=True)
+            commit = subprocess.run(["git", "rev-parse", "--short=8", "HEAD"], cwd=ROOT, stdout=subprocess.PIPE, text=True, check=True).stdout.strip()
             code, output, seconds = ended([options.serve if word == "ts3100" else word for word in shlex.split(words)])
             found = figures(row["figures"], output)
             if code or not found:
                 print("FAIL %s: exit code %d%s" % (name, code, "" if found else ", and none of its figures were printed"))
                 return 1
-            commit = subprocess.run(["git", "rev-parse", "--short=8", "HEAD"], cwd=ROOT, stdout=subprocess.PIPE, text=True, check=True).stdout.strip()
             if options.record:
                 # Read only now: runs of hours go side by side.
                 results = json.loads(RESULTS.read_text())
