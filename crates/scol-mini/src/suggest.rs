@@ -611,6 +611,17 @@ mod tests {
     }
 
     #[test]
+    fn a_string_between_single_quotes_gets_double_ones() {
+        for (line, fixed) in [
+            ("PRINT 'N'", "PRINT \"N\""),
+            ("PRINT IP1,  'N', CR", "PRINT IP1,  \"N\", CR"),
+        ] {
+            assert_eq!(fixed_line(line), Some((fixed.to_string(), true)), "{line}");
+        }
+        assert_eq!(fixed_line("PRINT IP1, 'it''s', CR"), None);
+    }
+
+    #[test]
     fn blocks_are_closed_where_one_place_is_left() {
         let fixed = |body: &str| {
             let source = format!("PROGRAM T\n{body}END\n");
