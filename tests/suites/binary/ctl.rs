@@ -178,6 +178,10 @@ fn every_resource_has_its_words() {
     assert_eq!(fields["fields"][1]["key"], "command");
     let fields = answer(&serve, &["decode", "controller", "4e470d03", "--command", "SF"]);
     assert_eq!(fields["fields"][0]["key"], "reply");
+    // `<STX>FL,1,2-046,OUT,2014-02-06 00:00:01<CR><EOF><CR><ETX>`
+    let row = "02464c2c312c322d3034362c4f55542c323031342d30322d30362030303a30303a30310d1a0d03";
+    let shown = stdout(&ctl(&serve, &["decode", "controller", row, "--command", "AC"]));
+    assert!(shown.contains("    value: 2-046\n"), "as people read it: {shown}");
     answer(&serve, &["inputs", "9", "force", "off"]);
     assert_eq!(answer(&serve, &["inputs", "9", "release"])["on"], true);
     answer(&serve, &["outputs", "9", "pulse", "on", "0.5", "s"]);
