@@ -111,6 +111,11 @@ def cell(text):
     return text.replace("|", "\\|")
 
 
+def grouped(text):
+    """Figures as people read them: 10,784,994,155."""
+    return re.sub(r"\b\d{5,}\b", lambda digits: "{:,}".format(int(digits[0])), text)
+
+
 def page(table, results):
     """The page."""
     lines = ["# Trust", "", "What is known of the emulator's errors, and how: each figure has the command that gives it. The page is written by",
@@ -126,7 +131,7 @@ def page(table, results):
         for form in forms:
             for name, words in commands(row, form):
                 result = results.get(name, {}).get(form)
-                said = (cell(result["figures"]), duration(result["seconds"]), result["commit"], result["date"]) if result else ("not run yet", "-", "-", "-")
+                said = (cell(grouped(result["figures"])), duration(result["seconds"]), result["commit"], result["date"]) if result else ("not run yet", "-", "-", "-")
                 lines.append("| %s | `%s` | %s |" % ("whole and bounded" if len(forms) == 1 else form, cell(words), " | ".join(said)))
         lines.append("")
     counted, proven = clauses()
