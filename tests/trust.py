@@ -125,7 +125,7 @@ def page(table, results):
              "The bounded form is run by CI with every change, or weekly where that is said; the whole one by hand. A figure says which of the two",
              "it is of, and the commit. What a command builds or installs the first time is not in its time.", ""]
     for row in table["means"]:
-        beyond = ["It cannot produce: %s." % row["beyond"], ""] if "beyond" in row else []
+        beyond = ["It cannot produce:", "", *("- " + text for text in row["beyond"]), ""] if "beyond" in row else []
         lines += ["### %s" % row["name"].capitalize(), "", row["what"] + ".", "", *beyond, "| | Command | Result | Took | Commit | Date |", "|---|---|---|---|---|---|"]
         forms = ["bounded"] if row["whole"] == row["bounded"] else ["whole", "bounded"]
         for form in forms:
