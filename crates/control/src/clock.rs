@@ -70,8 +70,29 @@ pub struct AdvanceRequest {
     seconds: Seconds,
     /// Longest wall-clock time the call may take, in seconds; default 30.
     #[serde(default)]
-    #[cfg_attr(test, schema(value_type = Option<f64>, minimum = 0.1, maximum = 600))]
-    wall: Option<Seconds>,
+    #[cfg_attr(test, schema(value_type = Option<f64>, minimum = 0, maximum = 600))]
+    wall: Option<WallSeconds>,
+}
+
+/// A limit of wall-clock time in seconds: 0 to [`MAX_WALL`].
+#[derive(Debug, Clone, Copy, Deserialize)]
+#[serde(transparent)]
+struct WallSeconds(#[serde(deserialize_with = "wall_seconds")] Duration);
+
+fn wall_seconds<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Duration, D::Error> {
+    let most = MAX_WALL.as_secs_f64();
+    // Compared as it was sent: a duration is rounded to the nanosecond.
+    let fits = |seconds| {
+        Duration::try_from_secs_f64(seconds)
+            .ok()
+            .filter(|_| seconds <= most)
+    };
+    number_that(deserializer, format_args!("0 to {most} seconds"), fits)
+}
+
+/// How long a call may take.
+fn longest(requested: Option<WallSeconds>) -> Duration {
+    requested.map_or(DEFAULT_WALL, |WallSeconds(wall)| wall)
 }
 
 /// A condition to wait for, and time limits.
@@ -87,8 +108,8 @@ pub struct WaitRequest {
     within: Seconds,
     /// Longest wall-clock time the call may take, in seconds; default 30.
     #[serde(default)]
-    #[cfg_attr(test, schema(value_type = Option<f64>, minimum = 0.1, maximum = 600))]
-    wall: Option<Seconds>,
+    #[cfg_attr(test, schema(value_type = Option<f64>, minimum = 0, maximum = 600))]
+    wall: Option<WallSeconds>,
 }
 
 /// The condition, as text (`output 5 on`; `/book/reference/conditions` lists all) or as an object.
@@ -259,20 +280,10 @@ impl ConditionRequest {
 
 impl WaitRequest {
     fn into_wait(self, advance: bool) -> Result<(Wait, Duration), Problem> {
-        let wall = wall_limit(self.wall)?;
+        let wall = longest(self.wall);
         let condition = self.condition.into_condition()?;
         Ok((Wait::new(Some(condition), self.within.0, advance), wall))
     }
-}
-
-fn wall_limit(requested: Option<Seconds>) -> Result<Duration, Problem> {
-    let wall = requested.map_or(DEFAULT_WALL, |Seconds(wall)| wall);
-    if wall > MAX_WALL {
-        let expected = format!("at most {} s", MAX_WALL.as_secs());
-        let found = format!("{} s", wall.as_secs_f64());
-        return Err(Problem::invalid("wall", expected, found));
-    }
-    Ok(wall)
 }
 
 impl From<WaitResult> for WaitResponse {
@@ -318,7 +329,7 @@ call! {
         responses((status = 200, body = WaitResponse)))
 }
 pub async fn advance(handle: Handle, Json(body): Json<AdvanceRequest>) -> Answer<WaitResponse> {
-    let wall = wall_limit(body.wall)?;
+    let wall = longest(body.wall);
     let wait = Wait::new(None, body.seconds.0, true);
     let waited = handle.wait(wait, wall).await?;
     // Nothing was waited for but the time itself.

@@ -89,6 +89,7 @@ fn numbers_beyond_what_the_controller_holds_are_refused() {
                 "{\"seconds\":1e308}",
                 "{\"seconds\":1,\"wall\":1e308}",
                 "{\"seconds\":1,\"wall\":601}",
+                "{\"seconds\":1,\"wall\":600.0000000000001}",
             ],
         ),
         (
