@@ -200,12 +200,20 @@ impl<S: Send + Sync, T: DeserializeOwned + Send + 'static> FromRequestParts<S> f
 pub struct Seconds(#[serde(deserialize_with = "seconds")] pub Duration);
 
 fn seconds<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Duration, D::Error> {
+    seconds_up_to(deserializer, MAX_SECONDS)
+}
+
+/// Deserializes a duration of 0 to `most` seconds. It is compared as it was sent: a duration is rounded to the nanosecond.
+///
+/// # Errors
+/// No number, or one out of range.
+pub fn seconds_up_to<'de, D: Deserializer<'de>>(deserializer: D, most: f64) -> Result<Duration, D::Error> {
     let fits = |seconds| {
         Duration::try_from_secs_f64(seconds)
             .ok()
-            .filter(|_| seconds <= MAX_SECONDS)
+            .filter(|_| seconds <= most)
     };
-    number_that(deserializer, format_args!("0 to {MAX_SECONDS} seconds"), fits)
+    number_that(deserializer, format_args!("0 to {most} seconds"), fits)
 }
 
 /// Deserializes a number and converts it.

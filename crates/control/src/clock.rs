@@ -5,7 +5,7 @@
 //! besides.
 
 use super::api_names::{NamedPort, NamedStatus};
-use super::body::{Seconds, number_that, object_only, whole_number};
+use super::body::{Seconds, number_that, object_only, seconds_up_to, whole_number};
 use super::lines::require_line;
 use super::resource::{Answer, Deserialize, Handle, Json, Problem, Serialize, View, call};
 use axum::http::StatusCode;
@@ -80,14 +80,7 @@ pub struct AdvanceRequest {
 struct WallSeconds(#[serde(deserialize_with = "wall_seconds")] Duration);
 
 fn wall_seconds<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Duration, D::Error> {
-    let most = MAX_WALL.as_secs_f64();
-    // Compared as it was sent: a duration is rounded to the nanosecond.
-    let fits = |seconds| {
-        Duration::try_from_secs_f64(seconds)
-            .ok()
-            .filter(|_| seconds <= most)
-    };
-    number_that(deserializer, format_args!("0 to {most} seconds"), fits)
+    seconds_up_to(deserializer, MAX_WALL.as_secs_f64())
 }
 
 /// How long a call may take.
