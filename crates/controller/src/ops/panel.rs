@@ -221,11 +221,12 @@ impl Robot {
         self.panel.power_on(self.context.now);
         self.executor = Executor::new(&self.context.config.language(), self.context.now);
         if let Ok(name) = file {
-            if let Err(error) = self.select_file(&name) {
-                let message = format!("the selection was dropped at power-on: {error}");
-                self.context.report(&rules::SELECTION_LOST, None, &[], message);
-            } else {
-                self.executor.set_breakpoints(breakpoints);
+            match self.select_file(&name) {
+                Ok(()) => self.executor.set_breakpoints(breakpoints),
+                Err(error) => {
+                    let message = format!("the selection was dropped at power-on: {error}");
+                    self.context.report(&rules::SELECTION_LOST, None, &[], message);
+                }
             }
         }
         self.take_parameters();
