@@ -226,7 +226,7 @@ impl<L: Launcher> Server<L> {
         self.is_running() || is_stopped && !self.patience().is_zero()
     }
 
-    /// Lets the program run for a moment; of one that has stopped, looks what others have done to it.
+    /// Lets the program run for a moment; of one that has stopped, looks at what others have done to it.
     pub fn work(&mut self) -> Vec<Value> {
         let Some(launched) = &mut self.launched else {
             return Vec::new();

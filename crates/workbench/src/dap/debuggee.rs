@@ -232,7 +232,7 @@ pub trait Debuggee: Send {
     /// Lets it stop where it is.
     fn pause(&mut self);
 
-    /// What others have done to a program that has stopped: it runs again, or is at another place. `None`: nothing.
+    /// Looks whether others have started a program that has stopped, or brought it to another place. `None`: neither.
     ///
     /// # Errors
     /// The program cannot be reached any more.
