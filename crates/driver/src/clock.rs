@@ -6,6 +6,7 @@
 use core::fmt;
 use core::str::FromStr;
 use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
+use ts3100_controller::findings::rules::MIN_POLL_INTERVAL;
 use ts3100_controller::time::Time;
 use ts3100_proto::calendar::CalendarTime;
 use ts3100_proto::words::UnexpectedWord;
@@ -52,6 +53,17 @@ pub enum TimeGap {
 
 /// The words of the time modes.
 const TIME_MODES: &str = "`real`, `xN` (for example `x10` or `x0.5`, at most x100000), `stepped` or `auto`";
+
+impl TimeMode {
+    /// Whether virtual time runs at least as fast as the host's clock.
+    fn keeps_pace(self) -> bool {
+        match self {
+            TimeMode::Real | TimeMode::Auto => true,
+            TimeMode::Scaled(factor) => factor >= 1.0,
+            TimeMode::Stepped => false,
+        }
+    }
+}
 
 impl FromStr for TimeMode {
     type Err = UnexpectedWord;
@@ -143,6 +155,8 @@ pub struct Clock {
     skipped: Duration,
     /// The moment at which wall-clock time is held.
     held: Option<Instant>,
+    /// Virtual time at which it was last slower than the clocks of hosts ([`Clock::keeps_pace`]).
+    lost_pace: Option<Time>,
 }
 
 impl Clock {
@@ -162,6 +176,7 @@ impl Clock {
             last_check: wall,
             skipped: Duration::ZERO,
             held: None,
+            lost_pace: None,
         }
     }
 
@@ -215,6 +230,7 @@ impl Clock {
         }
         self.origin += missed;
         self.skipped += missed;
+        self.lost_pace = Some(self.at(wall));
         Some(missed)
     }
 
@@ -246,6 +262,9 @@ impl Clock {
         self.base = self.at(wall);
         self.origin = wall;
         self.last_activity = wall;
+        if !self.mode.keeps_pace() {
+            self.lost_pace = Some(self.base);
+        }
         self.mode = mode;
     }
 
@@ -256,6 +275,7 @@ impl Clock {
         let wall = self.wall();
         self.lag += self.at(wall).since(reached);
         (self.base, self.origin) = (reached, wall);
+        self.lost_pace = Some(reached);
         before < NOTICEABLE_LAG && self.lag >= NOTICEABLE_LAG
     }
 
@@ -269,14 +289,12 @@ impl Clock {
         self.last_activity = self.wall();
     }
 
-    /// Whether virtual time runs at least as fast as the host's clock, so that findings about the host's timing
-    /// are valid.
-    pub fn keeps_pace(&self) -> bool {
-        match self.mode {
-            TimeMode::Real | TimeMode::Auto => true,
-            TimeMode::Scaled(factor) => factor >= 1.0,
-            TimeMode::Stepped => false,
-        }
+    /// Whether virtual time runs at least as fast as the host's clock at `now`, and has for as long as findings about
+    /// the host's timing look back. They are invalid otherwise: a host that waited 50 ms would be accused of less,
+    /// because virtual time stood still, was slow, lagged or skipped a gap meanwhile.
+    pub fn keeps_pace(&self, now: Time) -> bool {
+        let regained = self.lost_pace.map(|lost| lost + MIN_POLL_INTERVAL);
+        self.mode.keeps_pace() && regained.is_none_or(|regained| now >= regained)
     }
 
     /// Current virtual time.
@@ -310,12 +328,6 @@ impl Clock {
             self.base = deadline;
             self.origin = wall;
         }
-    }
-
-    /// Sets virtual time, forward or backward.
-    pub fn set(&mut self, now: Time) {
-        self.base = now;
-        self.origin = self.wall();
     }
 
     fn at(&self, wall: Instant) -> Time {
@@ -435,6 +447,35 @@ mod tests {
         let mut clock = started(TimeMode::Real);
         clock.origin = clock.origin.checked_sub(SECOND / 2).unwrap();
         assert!(!clock.note_lag(Time::ZERO), "not worth a word");
+    }
+
+    #[test]
+    fn the_pace_of_hosts_is_judged_again_when_time_has_kept_up_for_as_long_as_a_rule_looks_back() {
+        let keeps_up = |clock: &Clock| {
+            let reached = clock.now();
+            let regained = reached + MIN_POLL_INTERVAL;
+            assert!(!clock.keeps_pace(regained - Duration::from_micros(1)));
+            clock.keeps_pace(regained)
+        };
+        let mut clock = started(TimeMode::Real);
+        clock.hold(Some(clock.origin + SECOND));
+        assert!(clock.keeps_pace(Time::ZERO));
+        clock.note_lag(Time::from_millis(900));
+        assert!(keeps_up(&clock), "it lagged");
+        clock.set_mode(TimeMode::Auto);
+        clock.set_mode(TimeMode::Scaled(2.0));
+        clock.hold(Some(clock.wall() + SECOND));
+        assert!(clock.keeps_pace(clock.now()), "other paces, but none too slow");
+        for slow in [TimeMode::Scaled(0.9), TimeMode::Stepped] {
+            clock.set_mode(slow);
+            assert!(!clock.keeps_pace(clock.now() + SECOND), "{slow}");
+            clock.set_mode(TimeMode::Real);
+            assert!(keeps_up(&clock), "it was {slow}");
+        }
+        let mut clock = Clock::start(TimeMode::Real, TimeGap::Skip, AUTO_GRACE);
+        assert!(clock.skip_gap_at(clock.origin + SECOND).is_some());
+        clock.hold(Some(clock.last_check));
+        assert!(keeps_up(&clock), "it skipped a gap");
     }
 
     #[test]

@@ -147,7 +147,8 @@ impl Driver {
         for subscriber in setup.subscribers {
             robot.seat.subscribe(subscriber);
         }
-        robot.seat.report_timed_findings(self.clock.keeps_pace());
+        let keeps_pace = self.clock.keeps_pace(self.clock.now());
+        robot.seat.report_timed_findings(keeps_pace);
         // A snapshot can hold a controller that is powered off; it has no open ports.
         if robot.seat.controller.state().powered {
             robot.edge.channels.open(robot.seat.controller.network())?;
@@ -221,7 +222,9 @@ impl Driver {
         for robot in self.world.robots_mut() {
             robot.edge.begun = wall;
         }
-        self.clock.now()
+        let now = self.clock.now();
+        self.judge_pace(now);
+        now
     }
 
     /// Handles an input of a robot and every input that results from it, at the present time.
@@ -263,7 +266,9 @@ impl Driver {
 
     /// The machine is too slow: time continues from the moment that was reached.
     fn note_lag(&mut self, reached: Time) {
-        if self.clock.note_lag(reached) {
+        let is_noticeable = self.clock.note_lag(reached);
+        self.judge_pace(reached);
+        if is_noticeable {
             let mode = self.clock.mode();
             self.span().in_scope(|| {
                 warn!(
@@ -330,8 +335,8 @@ impl Driver {
     }
 
     /// Findings about the hosts' timing are valid only while virtual time is as fast as their clocks.
-    fn judge_pace(&mut self) {
-        let keeps_pace = self.clock.keeps_pace();
+    fn judge_pace(&mut self, now: Time) {
+        let keeps_pace = self.clock.keeps_pace(now);
         for robot in self.world.robots_mut() {
             robot.seat.report_timed_findings(keeps_pace);
         }

@@ -305,18 +305,23 @@ impl<E: Effects> World<E> {
     /// Handles everything that was due before `now`, the earliest first. Returns the moment at which the next input is
     /// handled.
     fn catch_up(&mut self, now: Time) -> Time {
+        let mut last = None;
         while !self.is_storing()
             && let Some((due, robot)) = self.overdue(now)
         {
-            // Nobody waits for the result: what a scenario does, and what is refused of it, are events.
-            let _ = self.handle(due, robot, Input::Tick, Side::Robot);
-            let Robot { seat, edge, .. } = &mut self.robots[robot];
-            if edge.is_late(seat.controller.now()) {
+            if let Some(last) = last.replace(robot)
+                && self.robots[last].edge.is_late(self.now)
+            {
                 // The machine is too slow. The input is handled at the moment that was reached, and the clock continues
                 // from there: hosts and requests get a turn before the rest of what was due.
                 self.late = Some(self.now);
+                for robot in &mut self.robots {
+                    robot.seat.report_timed_findings(false);
+                }
                 return self.now;
             }
+            // Nobody waits for the result: what a scenario does, and what is refused of it, are events.
+            let _ = self.handle(due, robot, Input::Tick, Side::Robot);
         }
         now
     }

@@ -5,15 +5,13 @@ use crate::context::Context;
 use crate::context::checks::begins_file;
 use crate::endpoint::Endpoints;
 use crate::endpoint::session::Exchange;
-use crate::finding::{Message, rules};
+use crate::finding::Message;
+use crate::finding::rules::{self, MIN_POLL_INTERVAL};
 use crate::port::Port;
 use bytes::Bytes;
-use core::time::Duration;
 use ts3100_proto::command::{Answer, Command};
-use ts3100_proto::text::{CR, EOF, HOST_DELAY};
+use ts3100_proto::text::{CR, EOF};
 
-/// Shortest time between two requests for the same status: the request, 50 ms, OK, 50 ms (TRN-04).
-const MIN_POLL_INTERVAL: Duration = HOST_DELAY.saturating_mul(2);
 /// Refusals of the same command in a row that make a finding.
 const REPEATED_REFUSALS: u32 = 3;
 

@@ -4,6 +4,9 @@
 //! This file says what each rule is. `checks`, and the places in the crate that see the bytes, decide when one is
 //! broken. docs/reference/findings.md lists the rules for users.
 
+use core::time::Duration;
+use ts3100_proto::text::HOST_DELAY;
+
 ts3100_proto::codes! {
     /// How serious the violation of a rule is.
     #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -60,6 +63,10 @@ impl PartialEq for Rule {
 }
 
 impl Eq for Rule {}
+
+/// Shortest time between two requests for the same status: the request, 50 ms, OK, 50 ms (TRN-04). No other rule with
+/// [`Rule::timed`] looks back further.
+pub const MIN_POLL_INTERVAL: Duration = HOST_DELAY.saturating_mul(2);
 
 /// Makes each rule a documented static and a row of [`RULES`]; `$timed` is [`Rule::timed`].
 macro_rules! rules {

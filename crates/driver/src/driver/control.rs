@@ -159,7 +159,7 @@ impl Driver {
             }
             LinkAction::TimeMode(mode) => {
                 self.clock.set_mode(mode);
-                self.judge_pace();
+                self.judge_pace(self.clock.now());
                 info!("time: {mode}");
             }
             LinkAction::Reset => self.reset(robot).await.map_err(|reason| ActionError {

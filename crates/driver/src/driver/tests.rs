@@ -3,7 +3,7 @@
 use super::request::{View, WaitResult};
 use super::*;
 use crate::clock::Wake;
-use crate::seat::{ActionSource, PlannedAction};
+use crate::seat::{ActionSource, Notice, PlannedAction};
 use crate::snapshot::SnapshotTask;
 use crate::store::Store;
 use crate::store::backing::WhenFull;
@@ -16,6 +16,7 @@ use std::sync::{Arc, Mutex};
 use std::time::{Duration, Instant};
 use tokio::sync::oneshot;
 use ts3100_controller::action::Action;
+use ts3100_controller::findings::rules::MIN_POLL_INTERVAL;
 use ts3100_controller::input::{By, PanelAction};
 use ts3100_controller::options::{Config, Dialect};
 use ts3100_controller::{Event, Output, Time};
@@ -202,6 +203,18 @@ fn assert_not_ahead(driver: &Driver, started: Instant) {
     assert!(u128::from(passed) <= wall, "{passed} us passed in {wall} us");
 }
 
+/// Whether the pace of hosts is judged: each change.
+#[derive(Clone, Default)]
+struct Judged(Arc<Mutex<Vec<bool>>>);
+
+impl Subscriber for Judged {
+    fn notice(&mut self, _at: Time, notice: Notice<'_>) {
+        if let Notice::TimedFindings(on) = notice {
+            self.0.lock().unwrap().push(on);
+        }
+    }
+}
+
 #[test]
 fn time_goes_on_from_the_moment_that_a_slow_machine_has_reached() {
     let runtime = single_threaded();
@@ -209,6 +222,8 @@ fn time_goes_on_from_the_moment_that_a_slow_machine_has_reached() {
     let (mut driver, _requests) = open_with(|setup| setup.time = TimeMode::Real);
     let due = Time::from_millis(5);
     driver.seat(FIRST).plan(Box::new(At(due)));
+    let judged = Judged::default();
+    driver.seat(FIRST).subscribe(Box::new(judged.clone()));
     // The loop woke a second ago to serve an hour.
     let woken = driver.clock.wall().checked_sub(Duration::from_secs(1)).unwrap();
     driver.clock.hold(Some(woken));
@@ -217,6 +232,16 @@ fn time_goes_on_from_the_moment_that_a_slow_machine_has_reached() {
     let reached = driver.world[FIRST].moment_of(due);
     assert_eq!(driver.clock.now(), reached);
     assert_eq!(driver.clock.lag(), (Time::ZERO + HOUR).since(reached));
+    driver.seat(FIRST).plan(Box::new(At(reached + HOUR)));
+    let regained = woken + MIN_POLL_INTERVAL;
+    for (at, expected) in [
+        (regained - Duration::from_micros(1), &[false][..]),
+        (regained, &[false, true]),
+    ] {
+        driver.clock.hold(Some(at));
+        driver.tick();
+        assert_eq!(*judged.0.lock().unwrap(), expected);
+    }
 }
 
 #[test]

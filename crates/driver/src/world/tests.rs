@@ -328,6 +328,48 @@ fn robots_that_lag_lag_together() {
     let output = |robot: usize| world[robot].seat.controller.signals().output(1);
     assert_eq!([output(0), output(1)], [true, false]);
     assert_eq!(world[1].seat.controller.now(), ms(5));
+    // Only what has to wait makes time lag.
+    world.advance(ms(8));
+    assert_eq!(world.take_late(), None);
+    assert_eq!(world[1].seat.controller.now(), ms(8));
+}
+
+/// The names of the findings.
+#[derive(Clone, Default)]
+struct Found(Arc<Mutex<Vec<&'static str>>>);
+
+impl Subscriber for Found {
+    fn output(&mut self, _: Time, output: &Output) {
+        if let Output::Event(Event::Finding(finding)) = output {
+            self.0.lock().unwrap().push(finding.rule.id);
+        }
+    }
+}
+
+#[test]
+fn a_host_is_not_accused_of_haste_when_the_machine_lags() {
+    for (lags, expected) in [(false, &["answer-early"][..]), (true, &[])] {
+        let mut world = world(&["", ""]);
+        let connected = Input::Connected {
+            port: Port::Ip0,
+            peer: "host".to_owned(),
+        };
+        world.feed(ms(0), 0, connected, Side::Host).unwrap();
+        let text = |bytes: &'static [u8]| Input::received(Port::Ip0, bytes);
+        world.feed(ms(1), 0, text(b"\x02SU\r\x03"), Side::Host).unwrap();
+        let found = Found::default();
+        world[0].seat.subscribe(Box::new(found.clone()));
+        for robot in 0..2 {
+            let due = Together(ms(40), ["output 1 on"].into());
+            world[robot].seat.plan(Box::new(due));
+            world[robot].edge.is_late = lags;
+        }
+        // Without the lag 49 ms have passed; with it 60, and the text is handled as if it had come after 39.
+        let at = ms(if lags { 61 } else { 50 });
+        world.feed(at, 0, text(b"\x02OK\r\x03"), Side::Host).unwrap();
+        assert_eq!(world.take_late(), lags.then_some(ms(40)));
+        assert_eq!(*found.0.lock().unwrap(), expected);
+    }
 }
 
 #[test]

@@ -325,7 +325,7 @@ fn what_an_output_does_while_its_robot_stores_something_reaches_the_input_at_the
         let changes = changes_of(&mut driver, 1);
         let release = keep_disk_busy(&driver, 0);
         driver.join(vec![wire(WireEnd::Line { robot: 0, line: 5 })]);
-        driver.clock.set(start);
+        driver.clock.jump(start);
         for robot in driver.world.robots_mut() {
             robot.set_time(start, start);
         }
