@@ -13,6 +13,8 @@ use ts3100_proto::text::MAX_TEXT;
 
 /// Deadlines the controller may want served within one step of time before it is considered hung.
 const MAX_DEADLINES: u32 = 200_000;
+/// Most milliseconds that pass in the events of an input: a program without an end costs in proportion.
+const MAX_PASSED: u64 = 200_000;
 /// Most bytes that may come out of one input: more counts as unbounded growth.
 const MAX_OUT: usize = 16 * 1024 * 1024;
 
@@ -65,6 +67,8 @@ pub struct Robot {
     /// The controller, to which nobody listens.
     pub seat: Seat,
     now: Time,
+    /// Milliseconds that may still pass in [`Robot::act`].
+    left: u64,
     peers: Peers,
 }
 
@@ -110,6 +114,7 @@ impl Robot {
         let mut robot = Robot {
             seat: Seat::new(controller),
             now,
+            left: MAX_PASSED,
             peers: Peers::default(),
         };
         robot.seat.controller.persist_outside(true);
@@ -185,6 +190,13 @@ impl Robot {
         self.feed(Input::Tick);
     }
 
+    /// As [`Robot::advance`], as long as [`MAX_PASSED`] allows.
+    fn pass(&mut self, millis: u64) {
+        let millis = millis.min(self.left);
+        self.left -= millis;
+        self.advance(millis);
+    }
+
     /// Feeds one event that the bytes choose.
     pub fn act(&mut self, choices: &mut Choices<'_>) {
         let choice = choices.byte();
@@ -203,8 +215,8 @@ impl Robot {
                 let text = b"\x02OK\r\x03".to_vec();
                 self.feed(Input::received(port, text));
             }
-            12 => self.advance(u64::from(choices.byte())),
-            13 => self.advance(u64::from(choices.word())),
+            12 => self.pass(u64::from(choices.byte())),
+            13 => self.pass(u64::from(choices.word())),
             14 => self.feed(Input::Disconnected { port }),
             15 => self.feed(Input::Connected {
                 port,
