@@ -14,7 +14,7 @@ use ts3100_proto::text::MAX_TEXT;
 /// Deadlines the controller may want served within one step of time before it is considered hung.
 const MAX_DEADLINES: u32 = 200_000;
 /// Most milliseconds that pass in the events of an input: a program without an end costs in proportion.
-const MAX_PASSED: u64 = 200_000;
+const MAX_PASSED: u64 = 60_000;
 /// Most bytes that may come out of one input: more counts as unbounded growth.
 const MAX_OUT: usize = 16 * 1024 * 1024;
 
