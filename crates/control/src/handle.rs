@@ -176,6 +176,7 @@ impl Handle {
     /// Waits for a condition, for at most `wall` of wall-clock time.
     pub async fn wait(&self, wait: Wait, wall: Duration) -> Result<WaitResult, Problem> {
         let awaited = wait.condition().map(|condition| format!(" for `{condition}`"));
+        let advances = wait.advance;
         let (sender, result) = oneshot::channel();
         let waited = self.request(Request::Wait(wait, sender), result);
         let ended = timeout(wall, waited).await;
@@ -190,6 +191,7 @@ impl Handle {
         let expected = format!("the end of the wait within {limit} s of wall-clock time");
         let (awaited, status) = (awaited.unwrap_or_default(), StatusCode::REQUEST_TIMEOUT);
         let hint = match mode {
+            _ if advances => "; call again for the rest, or allow a longer `wall`",
             TimeMode::Stepped => "; advance it, or wait with POST /clock/advance-until",
             TimeMode::Real | TimeMode::Scaled(_) | TimeMode::Auto => "",
         };

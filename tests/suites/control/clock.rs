@@ -126,6 +126,34 @@ fn a_wait_does_not_move_time() {
 }
 
 #[test]
+fn an_advance_that_takes_too_long_says_how_far_it_came() {
+    let robot = running("PROGRAM P\nLOOP:\nN=1\nGOTO LOOP\nEND\n");
+    robot.post("/program/start", "");
+    for (path, body) in [
+        ("/clock/advance", r#"{"seconds":1000000,"wall":0.02}"#),
+        (
+            "/clock/advance-until",
+            r#"{"condition":{"alarm":"any"},"within":1000000,"wall":0.02}"#,
+        ),
+    ] {
+        let words = robot.refused(408, "POST", path, body);
+        let now = robot.get("/clock")["now"].as_f64().unwrap();
+        let (told, hint) = words.split_once("the clock is stepped and shows ").unwrap();
+        assert!(
+            told.ends_with("has not ended within 0.02 s of wall-clock time: "),
+            "{words}"
+        );
+        let (shown, hint) = hint.split_once(" s; ").unwrap();
+        assert_eq!(hint, "call again for the rest, or allow a longer `wall`");
+        let shown: f64 = shown.parse().unwrap();
+        assert!(
+            (0.0..=now).contains(&shown) && now < 1_000_000.0,
+            "{words}, {now}"
+        );
+    }
+}
+
+#[test]
 fn the_mode_is_changed_without_a_jump() {
     let robot = Bench::start(builder());
     robot.post("/clock/advance", r#"{"seconds":100}"#);
