@@ -126,7 +126,7 @@ def page(table, results):
              "it is of, and the commit. What a command builds or installs the first time is not in its time.", ""]
     for row in table["means"]:
         beyond = ["It cannot produce:", "", *("- " + text for text in row["beyond"]), ""] if "beyond" in row else []
-        lines += ["### %s" % row["name"].capitalize(), "", row["what"] + ".", "", *beyond, "| | Command | Result | Took | Commit | Date |", "|---|---|---|---|---|---|"]
+        lines += ["### %s" % (row["name"][0].upper() + row["name"][1:]), "", row["what"] + ".", "", *beyond, "| | Command | Result | Took | Commit | Date |", "|---|---|---|---|---|---|"]
         forms = ["bounded"] if row["whole"] == row["bounded"] else ["whole", "bounded"]
         for form in forms:
             for name, words in commands(row, form):
