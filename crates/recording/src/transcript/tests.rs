@@ -195,6 +195,13 @@ fn what_does_not_hold_is_refused_with_its_line() {
         let (number, reason) = text::read(&format!("origin: assumed\n\n{line}\n")).unwrap_err();
         assert_eq!(number, 3, "{line}: {reason}");
     }
+    let lines = "origin: assumed\nflag: vary=7\n! connect IP0 host\n> IP0 SU<CR>\n";
+    let [plain, several] = ["\n", "\r\r\r\n"].map(|end| text::read(&lines.replace('\n', end)).unwrap());
+    assert_eq!(
+        (plain.header, plain.records),
+        (several.header, several.records),
+        "each line ends with CR CR CR LF"
+    );
     assert!(
         text::read("clauses: none\n")
             .unwrap_err()

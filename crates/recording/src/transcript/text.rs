@@ -139,6 +139,8 @@ pub fn read(text: &str) -> Result<Recording, (usize, LineError)> {
     let mut recording = Recording::default();
     let mut now = Time::ZERO;
     for (number, line) in (1..).zip(text.lines()) {
+        // `lines` leaves all but one of several CR. No word that is written ends with one.
+        let line = line.trim_end_matches('\r');
         let what = read_line(&mut recording.header, &mut now, line).map_err(|reason| (number, reason))?;
         if let Some(kind) = what {
             let at = now;
