@@ -4,6 +4,7 @@ use super::*;
 use crate::seat::{ActionSource, PlannedAction, Subscriber};
 use std::sync::{Arc, Mutex};
 use ts3100_controller::action::Action;
+use ts3100_controller::findings::Finding;
 use ts3100_controller::{Config, Controller, Dialect, Event, Output, Port};
 use ts3100_proto::status::ExecutionStatus;
 
@@ -230,18 +231,26 @@ fn what_follows_at_one_moment_happens_in_rounds_that_take_no_time() {
     assert_eq!(*changes.0.lock().unwrap(), expected);
 }
 
-/// The messages of findings about loops.
+/// The findings with their times.
 #[derive(Clone, Default)]
-struct Loops(Arc<Mutex<Vec<(Time, String)>>>);
+struct Found(Arc<Mutex<Vec<(Time, Finding)>>>);
 
-impl Subscriber for Loops {
+impl Subscriber for Found {
     fn output(&mut self, at: Time, output: &Output) {
-        if let Output::Event(Event::Finding(finding)) = output
-            && finding.rule.id == "wire-loop"
-        {
-            let found = (at, finding.message.to_string());
-            self.0.lock().unwrap().push(found);
+        if let Output::Event(Event::Finding(finding)) = output {
+            self.0.lock().unwrap().push((at, finding.clone()));
         }
+    }
+}
+
+impl Found {
+    /// Those of a rule: time and message.
+    fn of(&self, rule: &str) -> Vec<(Time, String)> {
+        let found = self.0.lock().unwrap();
+        let found = found.iter().filter(|(_, finding)| finding.rule.id == rule);
+        found
+            .map(|(at, finding)| (*at, finding.message.to_string()))
+            .collect()
     }
 }
 
@@ -255,9 +264,9 @@ fn wires_that_go_on_changing_each_other_are_one_finding_that_names_them() {
         ..wire(from, to)
     };
     let mut world = world(&[FOLLOWS, CONTRADICTS, ""]);
-    let loops = Loops::default();
+    let found = Found::default();
     for robot in 0..3 {
-        world[robot].seat.subscribe(Box::new(loops.clone()));
+        world[robot].seat.subscribe(Box::new(found.clone()));
     }
     world.join(vec![
         named("a to c", line(0, 2), line(2, 1)),
@@ -265,18 +274,19 @@ fn wires_that_go_on_changing_each_other_are_one_finding_that_names_them() {
         named("b to a", line(1, 1), line(0, 1)),
     ]);
     world.advance(ms(1_000));
-    let found = std::mem::take(&mut *loops.0.lock().unwrap());
-    let [(at, message)] = &found[..] else {
-        panic!("{found:?}");
+    let loops = found.of("wire-loop");
+    let [(at, message)] = &loops[..] else {
+        panic!("{loops:?}");
     };
     assert_eq!(*at, Time::ZERO);
     assert!(message.ends_with(": a to b, b to a"), "{message}");
     // A handshake that takes no time is none.
     let mut world = cell();
-    world[0].seat.subscribe(Box::new(loops.clone()));
-    world[1].seat.subscribe(Box::new(loops.clone()));
+    let found = Found::default();
+    world[0].seat.subscribe(Box::new(found.clone()));
+    world[1].seat.subscribe(Box::new(found.clone()));
     world.advance(ms(10_000));
-    assert_eq!(*loops.0.lock().unwrap(), []);
+    assert_eq!(found.of("wire-loop"), []);
 }
 
 /// Actions at one time.
@@ -334,18 +344,6 @@ fn robots_that_lag_lag_together() {
     assert_eq!(world[1].seat.controller.now(), ms(8));
 }
 
-/// The names of the findings.
-#[derive(Clone, Default)]
-struct Found(Arc<Mutex<Vec<&'static str>>>);
-
-impl Subscriber for Found {
-    fn output(&mut self, _: Time, output: &Output) {
-        if let Output::Event(Event::Finding(finding)) = output {
-            self.0.lock().unwrap().push(finding.rule.id);
-        }
-    }
-}
-
 #[test]
 fn a_host_is_not_accused_of_haste_when_the_machine_lags() {
     for (lags, expected) in [(false, &["answer-early"][..]), (true, &[])] {
@@ -368,7 +366,9 @@ fn a_host_is_not_accused_of_haste_when_the_machine_lags() {
         let at = ms(if lags { 61 } else { 50 });
         world.feed(at, 0, text(b"\x02OK\r\x03"), Side::Host).unwrap();
         assert_eq!(world.take_late(), lags.then_some(ms(40)));
-        assert_eq!(*found.0.lock().unwrap(), expected);
+        let found = found.0.lock().unwrap();
+        let rules: Vec<&str> = found.iter().map(|(_, finding)| finding.rule.id).collect();
+        assert_eq!(rules, expected);
     }
 }
 
