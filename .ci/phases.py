@@ -263,7 +263,7 @@ def hosts():
 
 
 def trust():
-    """what the page Trust names, in its bounded form: simulation, second opinion, kill -9, soak, their planted defects; in full mutants of changed lines"""
+    """what the page Trust names, in its bounded form: simulation, second opinion, kill -9, soak, all planted defects; in full mutants of changed lines"""
     run(sys.executable, "tests/trust.py", "run", "--serve", dist())
     if FORM == "full":
         run(sys.executable, "tests/mutants", "--canary")
