@@ -10,7 +10,7 @@ How the programs are made changes seldom: a second build for the same bytes, the
 and in a run whose Cargo files, packaging or build scripts differ from those with which they have passed last. The phase release
 writes their hash to .ci/passed.sha256 then: commit it.
 
-Each phase is announced; the first failure ends the run. The wall time of each phase is printed at the end."""
+Each phase is announced; the first failure ends the run. What each phase took, on the wall and of the processors, is printed at the end."""
 
 import concurrent.futures
 import functools
@@ -375,6 +375,12 @@ def chosen(words):
     return {name: PHASES[name] for name in names or PHASES}
 
 
+def processor_seconds():
+    """What the steps so far have taken of all processors."""
+    times = os.times()
+    return times.children_user + times.children_system
+
+
 def main():
     times, begun = [], time.monotonic()
     run("rustup", "component", "add", "rustfmt", "clippy")
@@ -382,12 +388,12 @@ def main():
     run("cargo", "fetch", "--locked", "--quiet")
     for name, phase in CHOSEN.items():
         print("\n== %s: %s" % (name, phase.__doc__), flush=True)
-        since = time.monotonic()
+        since, used = time.monotonic(), processor_seconds()
         try:
             phase()
         except Failed as failed:
             sys.exit(".ci/run %s: %s" % (name, failed))
-        times.append("%6d s  %s" % (time.monotonic() - since, name))
+        times.append("%6d s  %6d s of a processor  %s" % (time.monotonic() - since, processor_seconds() - used, name))
     print("\n%s\nall of it passed in %d s" % ("\n".join(times), time.monotonic() - begun))
 
 
