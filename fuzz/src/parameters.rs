@@ -4,20 +4,35 @@
 //! Nothing panics, and broken files keep the last good values.
 use super::shared::Robot;
 use ts3100_controller::{Input, PanelAction};
-use ts3100_proto::parameter::{Edition, EthernetParameters, LineEnd, UserParameters};
+use ts3100_proto::parameter::{Edition, EthernetParameters, LineEnd, StringRule, UserParameters};
 
 pub fn check(content: &[u8]) {
     let (ethernet, _) = EthernetParameters::parse(content, &EthernetParameters::factory());
     let (user, _) = UserParameters::parse(content, &UserParameters::factory(), Edition::SixAxis);
-    // An empty file keeps every value, and an encoded one reads the same.
+    // An empty file keeps every value but that of [U25], which means 0 where it is missing.
     assert_eq!(EthernetParameters::parse(b"", &ethernet).0, ethernet);
-    assert_eq!(UserParameters::parse(b"", &user, Edition::SixAxis).0, user);
+    let without_functions = UserParameters {
+        input_string: StringRule::Alarm,
+        ..user
+    };
+    assert_eq!(
+        UserParameters::parse(b"", &user, Edition::SixAxis).0,
+        without_functions
+    );
+    // What is written reads the same.
     let written = ethernet.encode(LineEnd::Lf);
     assert_eq!(
         EthernetParameters::parse(&written, &EthernetParameters::factory()).0,
         ethernet
     );
-    let _ = UserParameters::parse(content, &user, Edition::Scara);
+    for edition in [Edition::SixAxis, Edition::Scara] {
+        let (user, _) = UserParameters::parse(content, &UserParameters::factory(), edition);
+        let written = user.encode(LineEnd::Lf, edition);
+        assert_eq!(
+            UserParameters::parse(&written, &UserParameters::factory(), edition).0,
+            user
+        );
+    }
     let mut robot = Robot::new(true);
     for name in ["ETHERNET.PAR", "USER.PAR"] {
         let _ = robot.seat.controller.put_file(name, content);
