@@ -95,9 +95,6 @@ fn a_moment_of_a_seeded_run_is_the_same_however_it_is_reached() {
         for robot in 0..plan.robots.len() {
             let path = folder.at(&format!("{seed}-{robot}.txt"));
             record(&plan, robot, &path, None).unwrap();
-            if seed == 504 {
-                std::fs::copy(&path, "/tmp/504.txt").unwrap();
-            }
             compared += check(&path);
         }
     }
