@@ -8,18 +8,8 @@ use ts3100_proto::parameter::{Edition, EthernetParameters, LineEnd, StringRule, 
 
 pub fn check(content: &[u8]) {
     let (ethernet, _) = EthernetParameters::parse(content, &EthernetParameters::factory());
-    let (user, _) = UserParameters::parse(content, &UserParameters::factory(), Edition::SixAxis);
-    // An empty file keeps every value but that of [U25], which means 0 where it is missing.
+    // An empty file keeps every value, and the written one reads the same.
     assert_eq!(EthernetParameters::parse(b"", &ethernet).0, ethernet);
-    let without_functions = UserParameters {
-        input_string: StringRule::Alarm,
-        ..user
-    };
-    assert_eq!(
-        UserParameters::parse(b"", &user, Edition::SixAxis).0,
-        without_functions
-    );
-    // What is written reads the same.
     let written = ethernet.encode(LineEnd::Lf);
     assert_eq!(
         EthernetParameters::parse(&written, &EthernetParameters::factory()).0,
@@ -27,6 +17,12 @@ pub fn check(content: &[u8]) {
     );
     for edition in [Edition::SixAxis, Edition::Scara] {
         let (user, _) = UserParameters::parse(content, &UserParameters::factory(), edition);
+        // Where [U25] is missing it means 0.
+        let without_functions = UserParameters {
+            input_string: StringRule::Alarm,
+            ..user
+        };
+        assert_eq!(UserParameters::parse(b"", &user, edition).0, without_functions);
         let written = user.encode(LineEnd::Lf, edition);
         assert_eq!(
             UserParameters::parse(&written, &UserParameters::factory(), edition).0,
