@@ -246,8 +246,9 @@ def pipeline(address, block, sent):
     peer = socket.create_connection(address)
 
     def read():
-        while peer.recv(1 << 16):
-            pass
+        with contextlib.suppress(OSError):
+            while peer.recv(1 << 16):
+                pass
 
     threading.Thread(target=read, daemon=True).start()
     while True:

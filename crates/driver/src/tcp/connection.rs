@@ -25,8 +25,8 @@ use ts3100_controller::port::Port;
 pub(super) const WRITE_QUEUE: usize = 256;
 /// Most bytes per read.
 pub(crate) const READ_BUFFER: usize = 4_096;
-/// Unread bytes on a port with texts at which a peer floods it: 128 of the longest texts, of which a host sends the next when
-/// it has the answer to the last. Read at the rate of the texts that take longest, they keep the next host waiting for 10 ms.
+/// Bytes without a pause on a port with texts at which a peer floods it: 128 of the longest texts, of which a host sends the next
+/// when it has the answer to the last. Read at the rate of the texts that take longest, they keep the next host waiting for 10 ms.
 const FLOOD: usize = 32 * 1024;
 /// Time that a peer that has closed its sending half has to read the queued bytes.
 const FLUSH_TIMEOUT: Duration = Duration::from_secs(5);
@@ -75,6 +75,8 @@ pub(super) struct Connection {
     pub(super) unsent: Unsent,
     /// Bytes that were read and exceed a portion.
     rest: Vec<u8>,
+    /// Bytes that were read since nothing was left to read.
+    without_pause: usize,
     /// A fault has stalled the connection: nothing is read or written.
     pub(super) stalled: bool,
     /// Bytes were read, and nothing was sent since: no answer has carried the acknowledgement.
@@ -91,6 +93,7 @@ impl Connection {
             stream,
             unsent: Unsent::default(),
             rest: Vec::new(),
+            without_pause: 0,
             stalled: false,
             unacknowledged: false,
             _on_drop: on_drop,
@@ -167,7 +170,7 @@ impl Connection {
         Poll::Ready(Some(take_portion(self.port, &mut self.rest)))
     }
 
-    fn poll_read(&self, most: usize, mut context: Option<&mut Context<'_>>) -> Poll<io::Result<Vec<u8>>> {
+    fn poll_read(&mut self, most: usize, mut context: Option<&mut Context<'_>>) -> Poll<io::Result<Vec<u8>>> {
         loop {
             if let Some(context) = &mut context {
                 ready!(self.stream.poll_read_ready(context))?;
@@ -180,12 +183,15 @@ impl Connection {
             };
             match read {
                 Err(error) if error.kind() == io::ErrorKind::WouldBlock => {
+                    self.without_pause = 0;
                     if context.is_none() {
                         return Poll::Pending;
                     }
                 }
                 Ok(count) => {
+                    self.without_pause = self.without_pause.saturating_add(count);
                     if count < buffer.len() {
+                        self.without_pause = 0;
                         self.note_emptied();
                     }
                     return Poll::Ready(Ok(buffer.get(..count).unwrap_or_default().to_vec()));
@@ -226,15 +232,16 @@ impl Connection {
         }
     }
 
-    /// Whether more is unread than a host sends that waits for its answers. Its close, if it has closed, is not seen before
-    /// all of that is read.
+    /// Whether more has come without a pause than a host sends that waits for its answers, and some of it is unread. How much of
+    /// it is unread says little: the system takes the next from a peer when most of the last is read. The peer's close, if
+    /// it has closed, is not seen before all of that is read.
     pub(super) fn is_flooding(&self) -> bool {
         if self.port.protocol().is_none() {
             return false;
         }
         let mut unread = Vec::with_capacity(FLOOD);
         let peeked = SockRef::from(&self.stream).peek(unread.spare_capacity_mut());
-        peeked.is_ok_and(|count| count >= FLOOD)
+        peeked.is_ok_and(|count| count > 0 && self.without_pause.saturating_add(count) >= FLOOD)
     }
 
     /// Closes the connection at once.

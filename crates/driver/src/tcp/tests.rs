@@ -210,6 +210,26 @@ async fn a_host_that_floods_gives_way_to_the_next() {
     }
 }
 
+/// Of what a peer has sent the system has only a part at a time.
+#[tokio::test]
+async fn a_host_floods_by_what_it_sends_without_a_pause() {
+    // With three reads all of a block is read, with two the next one comes before.
+    for (reads, floods) in [(3, false), (2, true)] {
+        let (mut links, port) = server(SecondConnection::Refuse);
+        let mut flood = dial(port).await;
+        next(&mut links).await;
+        for block in 0..4 {
+            flood.write_all(&[b'A'; 10 * 1024]).await.unwrap();
+            for _ in 0..if block < 3 { reads } else { 0 } {
+                next(&mut links).await;
+            }
+        }
+        let host = dial(port).await;
+        let met = event_reading(&mut links, 0).await;
+        assert_eq!(met.as_slice() == [GONE, connected(&host)], floods, "{met:?}");
+    }
+}
+
 #[tokio::test]
 async fn a_host_that_begins_to_flood_while_the_next_waits_gives_way() {
     let (mut links, port) = server(SecondConnection::Refuse);
