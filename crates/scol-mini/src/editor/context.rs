@@ -435,6 +435,7 @@ mod tests {
             ("DIM T(3) |", Expected::Words(AS)),
             ("DIM T(3) AS |", Expected::Words(TYPES)),
             ("I = TASK(\"|", Expected::Program),
+            ("LOOK(\"|", Expected::Nothing),
             ("PRINT \"a |", Expected::Nothing),
             ("N = 1 ' |", Expected::Nothing),
             ("REMARK |", Expected::Nothing),

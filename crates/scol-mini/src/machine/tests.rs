@@ -447,6 +447,9 @@ fn loops_run_as_often_as_they_say() {
 fn a_loop_left_by_goto_is_over() {
     let body = "N=1\nL:\nN=N+1\nFOR K=1 TO N\nIF N==2 THEN GOTO L\nPRINT \"a\"\nNEXT";
     assert_eq!(main_of(body).as_deref(), Ok("aaa"));
+    // So is one whose own FOR is reached again: when the new one has ended, nothing is left for a NEXT.
+    let body = "N=0\nL:\nN=N+1\nFOR K=1 TO 2\nIF N<3 THEN GOTO L\nA: PRINT \"a\"\nNEXT K\nIF N==9 THEN GOTO X\nN=9\nGOTO A\nX:";
+    assert_eq!(fault_of(body), FaultKind::NextWithoutFor);
 }
 
 #[test]
