@@ -37,6 +37,19 @@ fn a_snapshot_after_each_step_changes_no_byte() {
 }
 
 #[test]
+fn figures_count_what_was_carried_out() {
+    let plan = Plan::draw(100, STEPS_OF_PLAN);
+    let mut cell = Cell::new(&plan, None);
+    cell.run(&plan.steps).unwrap();
+    let is_snapshot = |step: &&Step| matches!(step, Step::Snapshot { .. });
+    let snapshots = plan.steps.iter().filter(is_snapshot).count();
+    assert!(snapshots > 1, "{snapshots}");
+    let figures = cell.figures();
+    let counted = [figures.steps, figures.snapshots];
+    assert_eq!(counted, [plan.steps.len(), snapshots].map(|count| count as u64));
+}
+
+#[test]
 fn a_defect_planted_against_each_rule_is_found() {
     for (rule, name, ..) in Rule::ALL {
         let failure = first_failure(Some(rule));

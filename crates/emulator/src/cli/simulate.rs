@@ -131,3 +131,22 @@ pub(super) fn run(args: &SimulateArgs) -> anyhow::Result<u8> {
     ));
     Ok(NEGATIVE)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn plans_after_one_that_breaks_a_rule_are_not_carried_out() {
+        let work = Work {
+            next: AtomicU64::new(0),
+            end: 4,
+            canary: Rule::from_name("snapshots"),
+            found: Mutex::default(),
+        };
+        work.take_part();
+        let failed = work.found.lock().unwrap().1.as_ref().map(|failure| failure.seed);
+        assert_eq!(failed, Some(0));
+        assert_eq!(work.next.into_inner(), 2, "the next one is taken and given up");
+    }
+}
