@@ -92,3 +92,32 @@ fn facts(report: &Report) -> Vec<String> {
     }
     facts
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_a_survey_met_besides_its_answers_is_said_in_both_forms() {
+        let report = Report {
+            made_by: "a test".to_owned(),
+            share: false,
+            versions: Vec::new(),
+            arm: "six axes".to_owned(),
+            answers: Vec::new(),
+            stopped: Some("<STX>NG<CR><ETX>".to_owned()),
+            left: vec!["the servo is on".to_owned()],
+            answer_times: vec![1.5, 2.0, 3.0, 4.0, 9.0],
+        };
+        let text = text(&report);
+        let lines: Vec<&str> = text.lines().skip(1).take(3).collect();
+        let facts = [
+            "Stopped at an unexpected reply: <STX>NG<CR><ETX>",
+            "Not restored: the servo is on",
+            "Answers take 1.5 to 9 ms, half of them at most 3 ms",
+        ];
+        assert_eq!(lines, facts);
+        let items = facts.map(|fact| format!("<li>{}</li>", escaped(fact))).concat();
+        assert!(html(&report).contains(&format!("<ul>{items}</ul>")));
+    }
+}
