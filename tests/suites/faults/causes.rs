@@ -6,9 +6,9 @@ use super::world::World;
 use super::{CYCLE, ROWS, TALK, careful, config, cycle, servo, status, store, talk};
 use std::collections::{BTreeMap, BTreeSet};
 use std::time::Duration;
-use ts3100_controller::Port;
 use ts3100_controller::faults::{CAUSES, Fault, KINDS};
 use ts3100_controller::findings::rules;
+use ts3100_controller::{Input, PanelAction, Port};
 
 /// Keys of the faults that are tried with each kind: other sites, and other values of its parameters.
 const KEYS: &[&str] = &[
@@ -264,6 +264,29 @@ fn a_text_that_lost_its_stx_is_answered_without_one_and_the_host_cannot_read_tha
     world.write(Port::Ip0, b"\x02SU\r\x03").unwrap();
     world.pass(Duration::from_secs(11));
     assert!(broken(&world).contains("answer-missing"));
+}
+
+// clause: T27
+#[test]
+fn a_program_that_starts_is_in_step_with_its_peer_again() {
+    for is_started_again in [false, true] {
+        let mut world = World::new(config(), &[("TALK", TALK)]);
+        world.arm("lost-record:channel=IP1");
+        world.connect(Port::Ip1);
+        world.put(Input::by_hand(PanelAction::Start));
+        world.write(Port::Ip1, b"7\r").unwrap();
+        world.pass(Duration::from_secs(1));
+        if is_started_again {
+            for action in [PanelAction::Stop, PanelAction::ProgramReset, PanelAction::Start] {
+                world.put(Input::by_hand(action));
+                world.pass(Duration::from_secs(1));
+            }
+        }
+        world.write(Port::Ip1, b"8").unwrap();
+        world.hang_up(Port::Ip1);
+        assert_eq!(broken(&world).contains("half-value"), is_started_again);
+        assert_eq!(caused(&world).contains("half-value"), !is_started_again);
+    }
 }
 
 // clause: T27
