@@ -95,7 +95,12 @@ impl Parser<'_> {
             .filter(|word| !word.is_empty());
         self.file.suppressed.extend(words.map(String::from));
         let (problem, statement) = (remark_of(line, &text, problem), after_label(&text));
-        self.sink.push(problem);
+        self.sink.push(match ends_loop(statement) {
+            Some(word) if self.place == Place::Program && !self.has_open_loop() => {
+                Diagnostic::new("E0216", problem.span, format!("{word} without a FOR before it"))
+            }
+            _ => problem,
+        });
         if self.place == Place::Program {
             self.keep_loops_paired(line, statement);
             self.foreign.extend(foreign::opened(statement));
@@ -105,7 +110,7 @@ impl Parser<'_> {
     /// A FOR or a NEXT with an error still begins or ends its loop, so that the other one is not reported.
     fn keep_loops_paired(&mut self, line: Line, text: &str) {
         let (first, rest) = leading_word(text);
-        let closes = ["ENDFOR", "END FOR"].iter().any(|word| text.starts_with(word)) && self.has_open_loop();
+        let closes = ends_loop(text).is_some() && self.has_open_loop();
         let span = line.span;
         let (effect, statement) = if first == "FOR" || suggest::is_nearly(first, "FOR") && rest.contains('=')
         {
@@ -158,7 +163,12 @@ impl Parser<'_> {
         };
         let (word, place) = (cursor.peek_word(), cursor.span());
         let problem = Diagnostic::new("E0301", place, format!("{message}, found this line"));
-        let problem = problem.help("put every statement between PROGRAM and END");
+        let problem = problem.help(match word {
+            "GLOBAL" | "DATA" => {
+                format!("write {word} alone on its line, and what it declares on the lines up to END")
+            }
+            _ => "put every statement between PROGRAM and END".to_string(),
+        });
         let mut headings = ["GLOBAL", "DATA", "PROGRAM"].into_iter();
         let meant = headings.find(|known| (alone || *known == "PROGRAM") && suggest::is_nearly(word, known));
         if let Some(heading) = meant {
@@ -428,6 +438,16 @@ fn after_label(text: &str) -> &str {
     statement
         .filter(|rest| !rest.starts_with('='))
         .map_or(text, str::trim_start)
+}
+
+/// The words of other languages for NEXT, where they begin a statement.
+fn ends_loop(statement: &str) -> Option<&'static str> {
+    let (first, rest) = leading_word(statement);
+    match (first, leading_word(rest.trim_start()).0) {
+        ("ENDFOR", _) => Some("ENDFOR"),
+        ("END", "FOR") => Some("END FOR"),
+        _ => None,
+    }
 }
 
 /// The problem of a line. A remark of another language is one whatever its characters.
