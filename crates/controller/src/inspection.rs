@@ -661,6 +661,20 @@ mod tests {
     }
 
     #[test]
+    fn a_number_is_true_unless_it_is_zero() {
+        for (value, truth) in [
+            (Value::Integer(0), Some(false)),
+            (Value::Integer(-1), Some(true)),
+            (Value::Real(0.0), Some(false)),
+            (Value::Real(-0.0), Some(false)),
+            (Value::Real(0.5), Some(true)),
+            (Value::Coordinate(Box::default()), None),
+        ] {
+            assert_eq!(is_true(&value), truth, "{value:?}");
+        }
+    }
+
+    #[test]
     fn expressions_in_a_message_become_their_values() {
         let said = filled("part {N} of {TOTAL}, {open", str::to_lowercase);
         assert_eq!(said, "part n of total, {open");
