@@ -495,6 +495,8 @@ mod tests {
             (&["ts3100", "docs", "alarms#alarm-2-04"], &["alarms#alarm-2-046"]),
             (&["ts3100", "explain", "left-in"], &["left-in-exchange"]),
             (&["ts3100", "run", "--input", "ip1"], &["ip1="]),
+            (&["ts3100", "serve", "--drive", "sr"], &["src/"]),
+            (&["ts3100", "serve", "--drive", "Car"], &[]),
             (&["ts3100", "run", "--at", "1 s: serv"], &["1 s: servo"]),
         ] {
             assert_eq!(values(words), expected, "{words:?}");
