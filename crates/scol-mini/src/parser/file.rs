@@ -95,22 +95,24 @@ impl Parser<'_> {
             .filter(|word| !word.is_empty());
         self.file.suppressed.extend(words.map(String::from));
         let (problem, statement) = (remark_of(line, &text, problem), after_label(&text));
-        self.sink.push(match ends_loop(statement) {
-            Some(word) if self.place == Place::Program && !self.has_open_loop() => {
+        let end = ends_loop(statement).filter(|_| self.place == Place::Program);
+        let closes = end.is_some() && self.has_open_loop();
+        self.sink.push(match end {
+            Some(word) if !closes && problem.code == "E0103" => {
                 Diagnostic::new("E0216", problem.span, format!("{word} without a FOR before it"))
             }
             _ => problem,
         });
         if self.place == Place::Program {
-            self.keep_loops_paired(line, statement);
+            self.keep_loops_paired(line, statement, closes);
             self.foreign.extend(foreign::opened(statement));
         }
     }
 
-    /// A FOR or a NEXT with an error still begins or ends its loop, so that the other one is not reported.
-    fn keep_loops_paired(&mut self, line: Line, text: &str) {
+    /// A FOR or a NEXT with an error still begins or ends its loop, so that the other one is not reported. `closes`: the line ends
+    /// an open loop in the words of another language.
+    fn keep_loops_paired(&mut self, line: Line, text: &str, closes: bool) {
         let (first, rest) = leading_word(text);
-        let closes = ends_loop(text).is_some() && self.has_open_loop();
         let span = line.span;
         let (effect, statement) = if first == "FOR" || suggest::is_nearly(first, "FOR") && rest.contains('=')
         {
