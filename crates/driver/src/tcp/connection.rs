@@ -189,10 +189,11 @@ impl Connection {
                     }
                 }
                 Ok(count) => {
-                    self.without_pause = self.without_pause.saturating_add(count);
                     if count < buffer.len() {
                         self.without_pause = 0;
                         self.note_emptied();
+                    } else {
+                        self.without_pause = self.without_pause.saturating_add(count);
                     }
                     return Poll::Ready(Ok(buffer.get(..count).unwrap_or_default().to_vec()));
                 }
